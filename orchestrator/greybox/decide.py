@@ -52,7 +52,7 @@ class Judge:
         key = id(found), windows or self.windows
         if key not in self._squares:
             fit = found.fit
-            runs = squared_errors(fit.box, fit.theta, fit.trials, fit.runs, fit.substeps, key[1])
+            runs = squared_errors(fit.box, fit.theta, fit.trials, fit.runs, key[1])
             self._squares[key] = found, runs  # the set is kept, so that no other one gets its number
         return self._squares[key][1]
 

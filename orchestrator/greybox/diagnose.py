@@ -447,7 +447,7 @@ def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> fl
     except ComponentError:
         return np.inf
     windows = outcome.decision.windows
-    squares = squared_errors(fit.box, fit.theta, trials, again.runs, again.substeps, windows)
+    squares = squared_errors(fit.box, fit.theta, again.trials, again.runs, windows)
     return float(np.sqrt(np.mean(np.mean(squares, axis=0) / scale**2)))
 
 

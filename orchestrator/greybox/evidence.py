@@ -108,7 +108,7 @@ def response_signs(case: Case, nominal: FittedSet) -> dict[tuple[str, str], floa
     names = [v.name for v in box.system.inputs]
 
     def outputs(inputs: np.ndarray) -> np.ndarray:
-        free = box.compiled.run(trial.time, inputs, values, run.mean[0], substeps=fit.substeps)
+        free = box.compiled.run(trial.time, inputs, values, run.mean[0], substeps=int(trial.parts.max()))
         return np.asarray(free.outputs)
 
     found: dict[tuple[str, str], float] = {}

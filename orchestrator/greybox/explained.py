@@ -25,10 +25,7 @@ def leaves_nothing(fitter: Fitter, fit: Fit, quiet: float) -> bool:
         return False
     nothing = np.zeros(len(fit.box.balances))
     try:
-        runs = [
-            fit.box.run(t, fit.theta, nothing, n.sensors, substeps=fit.substeps)
-            for t, n in zip(fit.trials, fit.noise, strict=True)
-        ]
+        runs = [fit.box.run(t, fit.theta, nothing, n.sensors) for t, n in zip(fit.trials, fit.noise, strict=True)]
     except ComponentError:
         return False
     return all(is_white([run.innovation[:, k] for run in runs]) for k in range(runs[0].innovation.shape[1]))

@@ -10,12 +10,22 @@ typedef struct {
   const double *start, *spread; /* nx: mean and standard deviation of the first state */
   const double *intensity;     /* nb: force times square root of second */
   const double *noise;         /* ny: standard deviation */
+  const long long *steps;      /* n: steps in the interval that ends at a sample */
   double *innovation, *variance; /* n rows of ny; variance 0 where nothing was measured */
   double *slope;               /* n rows of ny x ntheta */
   double *ahead, *mean;        /* n rows of nx: before and after the measurements of an instant */
   double *transition, *ahead_covariance, *covariance; /* n rows of nx x nx, or NULL */
   double *push, *reading, *missed; /* n rows of nx x nb, ny x nx, ny: answer to forces, slopes of outputs, what they miss; or NULL */
+  double *halved; /* n: most that steps of half the length move a state, in its standard deviations; or NULL, as with sensitivities */
 } filter_problem;
+
+/* Places for the values of a Runge-Kutta step: states and slopes at a stage, their sums and rates, and what a model is given. */
+typedef struct {
+  double *xs, *xsum, *rate, *ss, *ssum, *ks, *u, *d, *dslope, *jf;
+} stages;
+
+/* A state that is known exactly should be found to this share of the largest value it has had. */
+static const double exact = 1e-4;
 
 /* out (rows x width) = J [dx; dfree] for the first `width` of x0, free. */
 static void slopes_of(const problem *m, const function *model, const double *jacobian, int rows, int width, const double *s,
@@ -35,6 +45,30 @@ static void slopes_of(const problem *m, const function *model, const double *jac
   }
 }
 
+/* Takes the mean x and its slopes s from sample k - 1 to k; s begins as the identity. */
+static void advance(const problem *m, workspace *f, const stages *at, int k, int parts, int width, double *x, double *s) {
+  const int nx = (int)m->nx, ns = nx * width;
+  const double step = (m->t[k] - m->t[k - 1]) / parts;
+  for (int sub = 0; sub < parts; sub++) {
+    double t = m->t[k - 1] + sub * step;
+    for (int stage = 0; stage < 4; stage++) {
+      double reach = node[stage] * step;
+      if (stage) {
+        add(nx, x, reach, at->rate, at->xs);
+        add(ns, s, reach, at->ks, at->ss);
+      } else
+        memcpy(at->xs, x, sizeof(double) * (size_t)nx);
+      read_inputs(m, k - 1, t + reach, at->u, at->d, at->dslope);
+      evaluate(f, t + reach, at->xs, at->u, at->d, m->p, at->rate, at->jf);
+      slopes_of(m, &m->rate, at->jf, nx, width, stage ? at->ss : s, at->ks);
+      add(nx, stage ? at->xsum : x, step * weight[stage], at->rate, at->xsum);
+      add(ns, stage ? at->ssum : s, step * weight[stage], at->ks, at->ssum);
+    }
+    memcpy(x, at->xsum, sizeof(double) * (size_t)nx);
+    memcpy(s, at->ssum, sizeof(double) * (size_t)ns);
+  }
+}
+
 /* Returns n when complete, else the sample at which a value was not finite; -1 without memory. */
 int misfit_filter_greybox(const problem *m, const filter_problem *g) {
   const int nx = (int)m->nx, ny = (int)m->ny, n = (int)m->n, nb = (int)g->nb;
@@ -42,43 +76,25 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
   workspace f, h;
   if (!open_workspace(&f, &m->rate) || !open_workspace(&h, &m->output)) return -1;
   size_t size = (size_t)(nx * 6 + ns * 4 + ny * width + ny + (int)m->nu + 2 * (int)m->nd + m->rate.entries + m->output.entries +
-                         3 * nx * nx + nx + ntheta);
+                         3 * nx * nx + 3 * nx + ntheta);
   double *memory = calloc(size + 8, sizeof(double));
   if (!memory) return -1;
   double *x = memory, *xs = x + nx, *xsum = xs + nx, *rate = xsum + nx, *s = rate + nx, *ss = s + ns, *ssum = ss + ns;
   double *ks = ssum + ns, *dy = ks + ns, *y = dy + ny * width, *u = y + ny, *d = u + m->nu, *dslope = d + m->nd;
   double *jf = dslope + m->nd, *jy = jf + m->rate.entries, *P = jy + m->output.entries, *A = P + nx * nx, *B = A + nx * nx;
-  double *shared = B + nx * nx, *change = shared + nx;
+  double *shared = B + nx * nx, *close = shared + nx, *largest = close + nx, *change = largest + nx;
   memcpy(x, g->start, sizeof(double) * (size_t)nx);
-  double longest = 0; /* shorter intervals take fewer steps */
-  for (int i = 1; i < n; i++) longest = fmax(longest, m->t[i] - m->t[i - 1]);
+  const stages at = {xs, xsum, rate, ss, ssum, ks, u, d, dslope, jf};
   for (int i = 0; i < nx; i++) P[i * nx + i] = g->spread[i] * g->spread[i];
   int k;
   for (k = 0; k < n; k++) {
     if (k > 0) {
-      for (int i = 0; i < nx; i++) {
-        for (int j = 0; j < nx + nb; j++) s[i * width + j] = i == j ? 1.0 : 0.0;
-      }
       const double span = m->t[k] - m->t[k - 1];
-      const int parts = (int)fmax(1.0, ceil((double)m->substeps * span / longest - 1e-9));
-      const double step = span / parts;
-      for (int sub = 0; sub < parts; sub++) {
-        double t = m->t[k - 1] + sub * step;
-        for (int stage = 0; stage < 4; stage++) {
-          double reach = node[stage] * step;
-          if (stage) {
-            add(nx, x, reach, rate, xs);
-            add(ns, s, reach, ks, ss);
-          } else
-            memcpy(xs, x, sizeof(double) * (size_t)nx);
-          read_inputs(m, k - 1, t + reach, u, d, dslope);
-          evaluate(&f, t + reach, xs, u, d, m->p, rate, jf);
-          slopes_of(m, &m->rate, jf, nx, width, stage ? ss : s, ks);
-          add(nx, stage ? xsum : x, step * weight[stage], rate, xsum);
-          add(ns, stage ? ssum : s, step * weight[stage], ks, ssum);
-        }
-        memcpy(x, xsum, sizeof(double) * (size_t)nx);
-        memcpy(s, ssum, sizeof(double) * (size_t)ns);
+      for (int finer = g->halved != NULL; finer >= 0; finer--) {
+        if (finer) memcpy(close, x, sizeof(double) * (size_t)nx);
+        for (int i = 0; i < nx; i++)
+          for (int j = 0; j < nx + nb; j++) s[i * width + j] = i == j ? 1.0 : 0.0;
+        advance(m, &f, &at, k, (int)g->steps[k] * (finer ? 2 : 1), width, finer ? close : x, s);
       }
       for (int i = 0; i < nx; i++) /* A = F P */
         for (int j = 0; j < nx; j++) {
@@ -95,6 +111,11 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
           B[i * nx + j] = B[j * nx + i] = sum;
         }
       memcpy(P, B, sizeof(double) * (size_t)(nx * nx));
+      for (int i = 0; i < nx && g->halved; i++) {
+        largest[i] = fmax(largest[i], fabs(close[i]));
+        const double known = fmax(sqrt(P[i * nx + i]), exact * largest[i]);
+        if (known > 0) g->halved[k] = fmax(g->halved[k], fabs(close[i] - x[i]) / known);
+      }
       if (g->transition)
         for (int i = 0; i < nx; i++) memcpy(g->transition + ((size_t)k * nx + i) * nx, s + i * width, sizeof(double) * (size_t)nx);
       if (g->push)

@@ -6,7 +6,7 @@ theta, S and the sensors' noise (Schweppe 1965; Kristensen, Madsen, Jorgensen, A
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -31,6 +31,7 @@ class _FilterProblem(ctypes.Structure):
             "spread",
             "intensity",
             "noise",
+            "steps",
             "innovation",
             "variance",
             "slope",
@@ -42,6 +43,7 @@ class _FilterProblem(ctypes.Structure):
             "push",
             "reading",
             "missed",
+            "halved",
         )
     ]
 
@@ -50,7 +52,8 @@ class _FilterProblem(ctypes.Structure):
 class Trial:
     """A trial for the filter: `time` (n,) s, `inputs` (n, nu), `measured` (n, ny) with NaN where nothing was measured.
 
-    `start` and `spread` (nx,) are mean and standard deviation of the states at the first sample.
+    `start` and `spread` (nx,) are mean and standard deviation of the states at the first sample, `steps` (n,) the integration
+    steps in the interval that ends at a sample, one in each without it.
     """
 
     name: str
@@ -59,6 +62,16 @@ class Trial:
     measured: np.ndarray
     start: np.ndarray
     spread: np.ndarray
+    steps: np.ndarray | None = None
+
+    @property
+    def parts(self) -> np.ndarray:
+        """Integration steps in the interval that ends at a sample, (n,)."""
+        return np.ones(len(self.time), dtype=np.longlong) if self.steps is None else self.steps
+
+    def in_steps(self, steps: np.ndarray | int) -> "Trial":
+        """The trial with so many integration steps in each interval."""
+        return replace(self, steps=np.full(len(self.time), steps, dtype=np.longlong))
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +165,6 @@ class GreyBox:
         intensity: np.ndarray,
         noise: np.ndarray,
         *,
-        substeps: int = 1,
         slopes: bool = False,
         covariances: bool = False,
     ) -> Filtered:
@@ -168,12 +180,22 @@ class GreyBox:
         """
         n, nx = len(trial.time), len(self.system.states)
         matrices = [np.zeros((n, nx, nx)) for _ in range(3)] if covariances else []
-        result = self._filtered(trial, theta, intensity, noise, substeps, slopes, matrices)
+        result = self._filtered(trial, theta, intensity, noise, slopes, matrices)
         return Filtered(*result, *matrices)
 
-    def in_lines(
-        self, trial: Trial, theta: np.ndarray, intensity: np.ndarray, noise: np.ndarray, *, substeps: int = 1
-    ) -> InLines:
+    def off_by_steps(self, trial: Trial, theta: np.ndarray, intensity: np.ndarray, noise: np.ndarray) -> np.ndarray:
+        """The most that steps of half the length would move a state in each interval, (n,), in standard deviations of it ahead.
+
+        Arguments as of `run`.
+
+        Raises:
+            ComponentError: if a value stops being finite, with the time.
+        """
+        halved = np.zeros(len(trial.time))
+        self._filtered(trial, theta, intensity, noise, False, [None] * 6 + [halved])
+        return halved
+
+    def in_lines(self, trial: Trial, theta: np.ndarray, intensity: np.ndarray, noise: np.ndarray) -> InLines:
         """The model in lines about the run of a trial; arguments as of `run`.
 
         Raises:
@@ -183,7 +205,7 @@ class GreyBox:
         shapes = ((n, nx, nx), (n, nx, nb), (n, ny, nx), (n, ny))
         transition, push, reading, missed = (np.zeros(shape) for shape in shapes)
         matrices = [transition, None, None, push, reading, missed]
-        *_, ahead, mean = self._filtered(trial, theta, intensity, noise, substeps, False, matrices)
+        *_, ahead, mean = self._filtered(trial, theta, intensity, noise, False, matrices)
         time = np.ascontiguousarray(trial.time, dtype=float)
         return InLines(time, transition, push, reading, missed, mean - ahead, self._spread(trial))
 
@@ -193,7 +215,6 @@ class GreyBox:
         theta: np.ndarray,
         intensity: np.ndarray,
         noise: np.ndarray,
-        substeps: int,
         slopes: bool,
         matrices: Sequence[np.ndarray | None],
     ) -> list[np.ndarray]:
@@ -209,15 +230,16 @@ class GreyBox:
             values,
         )
         keep = [np.ascontiguousarray(part, dtype=float) for part in given]
-        sizes = (n, nx, len(system.inputs), system.n_delays, ny, len(compiled.free), substeps, 1, 0)
+        sizes = (n, nx, len(system.inputs), system.n_delays, ny, len(compiled.free), 1, 1, 0)
         code = compiled._machine_code
         problem = _Problem(*sizes, *(part.ctypes.data for part in (*keep, compiled._held)), 0.0, *code.with_slopes)
         start = np.concatenate([trial.start, self._begun(trial, values)])
         parts = (trial.measured, start, self._spread(trial), intensity, noise)
         own = [np.ascontiguousarray(part, dtype=float) for part in parts]
+        steps = np.ascontiguousarray(trial.parts, dtype=np.longlong)
         result = [np.empty((n, ny)), np.empty((n, ny)), np.empty((n, ny, nt)), np.empty((n, nx)), np.empty((n, nx))]
         wanted = [None if part is None else part.ctypes.data for part in matrices]
-        places = [*(a.ctypes.data for a in (*own, *result)), *wanted, *[None] * (6 - len(wanted))]
+        places = [*(a.ctypes.data for a in (*own, steps, *result)), *wanted, *[None] * (7 - len(wanted))]
         request = _FilterProblem(len(self.balances), int(slopes), *places)
         reached = _library().misfit_filter_greybox(ctypes.byref(problem), ctypes.byref(request))
         if reached != n:

@@ -17,9 +17,11 @@ ENOUGH = 0.05
 CLOSE = 0.3
 # Steps at frozen gains, those on the noise, and those on both together, at most.
 STEPS, MOST_STEPS = 4, 40
+# Steps in an interval are made shorter where that moves a state by more than this share of its standard deviation.
+MOVED = 0.01
+MOST_STEPS_BETWEEN = 16
 # How often a step that leads uphill is made shorter.
 SHORTER = 6
-MOST_SUBSTEPS = 16
 # Times that the model is put in lines for the noise.
 LOOKS = 3
 # Logarithms of noise: differences for slopes, and the longest step.
@@ -88,7 +90,8 @@ class Priors:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted grey box: `theta` (ntheta,), `noise` of each trial, the log likelihood with priors, and the runs.
+    """A fitted grey box: the trials with their integration steps, `theta` (ntheta,), `noise` of each trial, the log likelihood
+    with priors, and the runs.
 
     One that is not `ended` was left on the way, far behind a rival.
     """
@@ -99,7 +102,6 @@ class Fit:
     noise: tuple[Noise, ...]
     log_likelihood: float
     priors: Priors
-    substeps: int
     runs: tuple[Filtered, ...]
     ended: bool = True
 
@@ -123,7 +125,7 @@ class Fitter:
 
     def __init__(self, trials: Sequence[Trial], start: Sequence[Noise], least_noise: np.ndarray) -> None:
         self.trials, self.start, self.least_noise = tuple(trials), tuple(start), least_noise
-        self._enough: int | None = None
+        self._enough: tuple[Trial, ...] | None = None
 
     def fit(
         self,
@@ -149,10 +151,11 @@ class Fitter:
             ComponentError: if the model fails from the first values on.
         """
         noise = self.start if noise is None else tuple(noise)
-        substeps, enough, ended = 0, self._substeps(box, theta, noise), True
-        while substeps < enough:  # values that were found may ask for shorter steps than the first ones
-            substeps = enough
-            work = Work(box, self.trials, priors, substeps)
+        trials: tuple[Trial, ...] = ()
+        enough, ended = self._in_steps(box, theta, noise, self._first_steps()), True
+        while trials is not enough:  # values that were found may ask for shorter steps than the first ones
+            trials = enough
+            work = Work(box, trials, priors)
             value = work.value(theta, noise)
             theta, value = self._parameters(work, theta, noise, value)
             noise, value = self._noise(work, theta, noise, value)
@@ -161,9 +164,9 @@ class Fitter:
                 quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)
                 if reached < value - ENOUGH:
                     theta, noise, value, ended = self._together(work, theta, quieter, reached, rival)
-                enough = self._substeps(box, theta, noise, substeps) if ended else substeps
+                enough = self._in_steps(box, theta, noise, trials) if ended else trials
         runs = work.runs(theta, noise, slopes=True)
-        return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs), ended)
+        return Fit(box, trials, theta, noise, -value, priors, tuple(runs), ended)
 
     def without_disturbance(self, box: GreyBox, fit: Fit) -> tuple[float, float]:
         """Log likelihood of a fit's model if nothing but sensors' noise is left, and by which factor that is larger then.
@@ -171,8 +174,8 @@ class Fitter:
         The noise is estimated again; the factor is the largest over signals and trials.
         """
         total, louder = -fit.priors.cost(fit.theta), 1.0
-        for trial, own in zip(self.trials, fit.noise, strict=True):
-            work = Work(box, [trial], fit.priors, fit.substeps)
+        for trial, own in zip(fit.trials, fit.noise, strict=True):
+            work = Work(box, [trial], fit.priors)
             tiny = self.start[0].intensity * SILENT
             best, found = np.inf, own.sensors
             for sensors in (own.sensors, self._rough(box, trial, fit)):
@@ -193,7 +196,7 @@ class Fitter:
 
     def _rough(self, box: GreyBox, trial: Trial, fit: Fit) -> np.ndarray:
         """Errors (ny,) of a run that nothing disturbs."""
-        run = box.run(trial, fit.theta, self.start[0].intensity * SILENT, self.start[0].sensors, substeps=fit.substeps)
+        run = box.run(trial, fit.theta, self.start[0].intensity * SILENT, self.start[0].sensors)
         return np.maximum(np.sqrt(np.mean(run.innovation**2, axis=0)), self.least_noise)
 
     def _of_sensors(self, work: "Work", theta: np.ndarray, noise: Sequence[Noise]) -> list[Noise]:
@@ -201,7 +204,7 @@ class Fitter:
 
         def one(trial: Trial, own: Noise) -> Noise:
             try:
-                run = work.box.run(trial, theta, own.intensity * SILENT, own.sensors, substeps=work.substeps)
+                run = work.box.run(trial, theta, own.intensity * SILENT, own.sensors)
             except ComponentError:
                 return own
             errors = np.sqrt(np.nanmean(np.where(run.variance > 0, run.innovation, np.nan) ** 2, axis=0))
@@ -209,19 +212,43 @@ class Fitter:
 
         return [one(trial, own) for trial, own in zip(work.trials, noise, strict=True)]
 
-    def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise], least: int = 1) -> int:
-        """Steps in a sample interval, at least so many, at which halving them hardly changes the likelihood."""
+    def _first_steps(self) -> tuple[Trial, ...]:
+        """Trials with steps to begin with: what was enough for the first set, the model as given, is a good guess for the others."""
+        if self._enough is None:
+            return self.trials
+        return tuple(t.in_steps(np.maximum(t.parts // 2, 1)) for t in self._enough)
+
+    def _in_steps(
+        self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise], trials: tuple[Trial, ...]
+    ) -> tuple[Trial, ...]:
+        """Trials with steps at which halving all of them hardly changes the likelihood, shorter ones only where a state asks for
+        them: where friction turns, not along the whole record. The same trials if theirs are short enough."""
         priors = Priors(theta, np.full(len(theta), np.inf), theta, theta)
-        # What was enough for the first set, the model as given, is a good guess for the others.
-        count = max(least, (self._enough or 1) // 2)
-        before = Work(box, self.trials, priors, count).value(theta, noise)
-        while count < MOST_SUBSTEPS:
-            after = Work(box, self.trials, priors, 2 * count).value(theta, noise)
+        before = Work(box, trials, priors).value(theta, noise)
+        while min(int(t.parts.min()) for t in trials) < MOST_STEPS_BETWEEN:
+            after = Work(box, [t.in_steps(2 * t.parts) for t in trials], priors).value(theta, noise)
             if np.isfinite(before) and abs(after - before) < CLOSE + 1e-4 * abs(after):
-                self._enough = self._enough or count
-                return count
-            count, before = 2 * count, after
-        return count
+                break
+            trials = self._in_shorter_steps(box, theta, noise, trials)
+            before = Work(box, trials, priors).value(theta, noise)
+        self._enough = self._enough or trials
+        return trials
+
+    def _in_shorter_steps(
+        self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise], trials: tuple[Trial, ...]
+    ) -> tuple[Trial, ...]:
+        """Trials with half the steps where that moves a state, and beside it; everywhere if it does so nowhere, or if runs fail."""
+        try:
+            off = [box.off_by_steps(t, theta, n.intensity, n.sensors) for t, n in zip(trials, noise, strict=True)]
+        except ComponentError:
+            off = [np.full(len(t.time), np.inf) for t in trials]
+        wanted = [np.convolve(own > MOVED, np.ones(3), "same") > 0 for own in off]
+        wanted = [own & (t.parts < MOST_STEPS_BETWEEN) for own, t in zip(wanted, trials, strict=True)]
+        everywhere = not any(own.any() for own in wanted)
+        return tuple(
+            t.in_steps(np.minimum(np.where(own | everywhere, 2, 1) * t.parts, MOST_STEPS_BETWEEN))
+            for own, t in zip(wanted, trials, strict=True)
+        )
 
     def _parameters(
         self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float
@@ -299,9 +326,9 @@ class Fitter:
 
         def of(each: tuple[Trial, Noise, Noise]) -> tuple[Noise, float]:
             trial, own, start = each
-            return self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start)
+            return self._noise_of(Work(work.box, [trial], work.priors), theta, own, start)
 
-        found = on_idle_threads(of, list(zip(self.trials, noise, self.start, strict=True)))
+        found = on_idle_threads(of, list(zip(work.trials, noise, self.start, strict=True)))
         return tuple(best for best, _ in found), price + sum(cost - price for _, cost in found)
 
     def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise) -> tuple[Noise, float]:
@@ -448,13 +475,13 @@ def _updated(curvature: np.ndarray, moved: np.ndarray, changed: np.ndarray) -> n
 class Work:
     """Values and slopes of the objective of one grey box: minus the log likelihood, with priors."""
 
-    def __init__(self, box: GreyBox, trials: Sequence[Trial], priors: Priors, substeps: int) -> None:
-        self.box, self.trials, self.priors, self.substeps = box, trials, priors, substeps
+    def __init__(self, box: GreyBox, trials: Sequence[Trial], priors: Priors) -> None:
+        self.box, self.trials, self.priors = box, trials, priors
 
     def runs(self, theta: np.ndarray, noise: Sequence[Noise], *, slopes: bool = False) -> list[Filtered]:
         def run(each: tuple[Trial, Noise]) -> Filtered:
             trial, own = each
-            return self.box.run(trial, theta, own.intensity, own.sensors, substeps=self.substeps, slopes=slopes)
+            return self.box.run(trial, theta, own.intensity, own.sensors, slopes=slopes)
 
         return on_idle_threads(run, list(zip(self.trials, noise, strict=True)))
 
@@ -470,7 +497,7 @@ class Work:
         """The only trial's model in lines about a run with this noise."""
         [trial] = self.trials
         with suppress(ComponentError):
-            model = self.box.in_lines(trial, theta, noise.intensity, noise.sensors, substeps=self.substeps)
+            model = self.box.in_lines(trial, theta, noise.intensity, noise.sensors)
             return Lines(model, len(noise.intensity))
         return Lines(None, len(noise.intensity))
 
@@ -514,7 +541,7 @@ class Work:
         return list(zip(self.trials, noise, strict=True))
 
     def _alone(self, theta: np.ndarray, trial: Trial, own: Noise) -> "Lines":
-        return Work(self.box, [trial], self.priors, self.substeps).in_lines(theta, own)
+        return Work(self.box, [trial], self.priors).in_lines(theta, own)
 
 
 @dataclass(frozen=True, eq=False)

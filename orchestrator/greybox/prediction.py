@@ -19,7 +19,7 @@ SETTLING = 0.03
 
 
 def squared_errors(
-    box: GreyBox, theta: np.ndarray, trials: Sequence[Trial], runs: Sequence[Filtered], substeps: int, count: int
+    box: GreyBox, theta: np.ndarray, trials: Sequence[Trial], runs: Sequence[Filtered], count: int
 ) -> np.ndarray:
     """Mean squared errors of free runs over `count` windows of each trial, (windows, ny).
 
@@ -30,7 +30,6 @@ def squared_errors(
         theta: values (k,) of its free parameters.
         trials: the trials.
         runs: the filter along each of them.
-        substeps: integration steps in a sample interval.
         count: windows of each trial at most; fewer where that would leave too few samples in each.
     """
     found = []
@@ -41,7 +40,7 @@ def squared_errors(
         edges = np.linspace(first, len(trial.time) - 1, shown + 1).astype(int)
         for begin, end in zip(edges[:-1], edges[1:], strict=True):
             if end - begin > 2:
-                found.append(_square(box, values, trial, run, begin, end, substeps))
+                found.append(_square(box, values, trial, run, begin, end))
     return np.array(found)
 
 
@@ -59,8 +58,8 @@ def foretold(fit: Fit, scale: np.ndarray, signals: Sequence[str]) -> list[str]:
     told = np.ones(len(signals), dtype=bool)
     for trial, noise in zip(fit.trials, fit.noise, strict=True):
         sizes = (trial, fit.theta, noise.intensity, noise.sensors)
-        lines = fit.box.in_lines(*sizes, substeps=fit.substeps)
-        known = fit.box.run(*sizes, substeps=fit.substeps, covariances=True).covariance
+        lines = fit.box.in_lines(*sizes)
+        known = fit.box.run(*sizes, covariances=True).covariance
         assert known is not None
         carried = known[-1]
         for step in lines.transition[1:]:
@@ -69,10 +68,9 @@ def foretold(fit: Fit, scale: np.ndarray, signals: Sequence[str]) -> list[str]:
     return [name for name, yes in zip(signals, told, strict=True) if yes]
 
 
-def _square(
-    box: GreyBox, values: np.ndarray, trial: Trial, run: Filtered, begin: int, end: int, substeps: int
-) -> np.ndarray:
+def _square(box: GreyBox, values: np.ndarray, trial: Trial, run: Filtered, begin: int, end: int) -> np.ndarray:
     part = slice(begin, end + 1)
+    substeps = int(trial.parts[part].max())
     try:
         free = box.compiled.run(trial.time[part], trial.inputs[part], values, run.mean[begin], substeps=substeps)
     except ComponentError:

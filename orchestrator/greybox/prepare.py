@@ -150,12 +150,12 @@ def first_noise(box: GreyBox, trials: Sequence[Trial], balances: Sequence[Balanc
     )
     unit = _typical_intensity(box, trials, balances)
     tried: list[tuple[float, Noise]] = []
-    for substeps in (1, 4, 16):  # a stiff model fails with long steps
+    for steps in (1, 4, 16):  # a stiff model fails with long steps
         for decade in DECADES:
             for louder in (1.0, 0.1):
                 noise = Noise(unit * 10.0**decade, np.maximum(sensors * louder, 1e-300))
                 with suppress(ComponentError):
-                    runs = [box.run(t, theta, noise.intensity, noise.sensors, substeps=substeps) for t in trials]
+                    runs = [box.run(t.in_steps(steps), theta, noise.intensity, noise.sensors) for t in trials]
                     tried.append((-sum(run.log_likelihood for run in runs), noise))
         if any(np.isfinite(cost) for cost, _ in tried):
             break

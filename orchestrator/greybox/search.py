@@ -209,15 +209,15 @@ class Search:
         """
         for shorter in SHORTER:
             try:
-                return self._by_regression(about, self.candidates, largest, shorter * about.fit.substeps, anew)
+                return self._by_regression(about, self.candidates, largest, shorter, anew)
             except ComponentError as error:
                 failed = error
         self.progress(f"laws with states of their own are left out: {failed}")
         stateless = [c for c in self.candidates if not c.law.states]
-        return self._by_regression(about, stateless, largest, about.fit.substeps, anew)
+        return self._by_regression(about, stateless, largest, 1, anew)
 
     def _by_regression(
-        self, about: FittedSet, offered: Sequence[Candidate], largest: int, substeps: int, anew: bool
+        self, about: FittedSet, offered: Sequence[Candidate], largest: int, shorter: int, anew: bool
     ) -> list[tuple[Candidate, ...]]:
         mine = about.candidates
         others = [c for c in offered if c.gains and all(c.is_apart_from(own) for own in mine)]
@@ -243,7 +243,7 @@ class Search:
         # Shapes that were fitted hold for the members of the set.
         shaped = [c.symbol(p) for c in mine for p in c.fitted_shapes]
         box.compiled.parameters[[box_index(box, s) for s in shaped]] = [known[s] for s in shaped]
-        work = Work(box, self.setting.trials, priors, substeps)
+        work = Work(box, [t.in_steps(shorter * t.parts) for t in about.fit.trials], priors)
         runs = work.runs(theta, about.fit.noise, slopes=True)
         linear = replace(about.fit, box=box, theta=theta, priors=priors, runs=tuple(runs))
         kept = list(range(sum(len(c.gains) for c in mine)))

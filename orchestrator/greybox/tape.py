@@ -150,9 +150,9 @@ def _states(case: Case, box: GreyBox, theta: np.ndarray) -> list[np.ndarray]:
 
 
 def _run(box: GreyBox, trial: Any, theta: np.ndarray, noise: Any) -> np.ndarray:
-    for substeps in (1, 4, 16):
+    for steps in (1, 4, 16):
         with suppress(ComponentError):
-            return box.run(trial, theta, noise.intensity, noise.sensors, substeps=substeps).mean
+            return box.run(trial.in_steps(steps), theta, noise.intensity, noise.sensors).mean
     raise ComponentError(f"{box.system.name} cannot follow {trial.name}, whatever disturbs it")
 
 

@@ -87,9 +87,7 @@ def _forces(
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """The force that disturbs a balance of the model as given, the chosen law's value, and the coordinates, all (n - 1,)."""
     trial, noise = fit.trials[number], fit.noise[number]
-    run = fit.box.run(
-        trial, fit.theta, noise.intensity, noise.sensors, substeps=fit.substeps, slopes=False, covariances=True
-    )
+    run = fit.box.run(trial, fit.theta, noise.intensity, noise.sensors, slopes=False, covariances=True)
     states = _smoothed(run)
     nx = len(case.base.states)
     push = _push(fit.box, trial, states, balance)

@@ -42,9 +42,7 @@ def responses(fit: Fit, place: Place) -> list[Response]:
     slopes = _Slopes(fit, place)
     found = []
     for trial, noise in zip(fit.trials, fit.noise, strict=True):
-        run = fit.box.run(
-            trial, fit.theta, noise.intensity, noise.sensors, substeps=fit.substeps, slopes=False, covariances=True
-        )
+        run = fit.box.run(trial, fit.theta, noise.intensity, noise.sensors, slopes=False, covariances=True)
         found.append(_response(slopes, trial, run, place))
     return found
 

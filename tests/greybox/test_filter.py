@@ -26,7 +26,7 @@ def _box(folder: Path) -> tuple[GreyBox, Trial]:
 def test_the_likelihood_is_that_of_the_joint_normal_distribution_of_all_samples(tmp_path: Path) -> None:
     box, trial = _box(tmp_path)
     intensity, noise = 0.4, 3e-3
-    found = box.run(trial, np.array([30.0]), np.array([intensity]), np.array([noise]), substeps=4)
+    found = box.run(trial.in_steps(4), np.array([30.0]), np.array([intensity]), np.array([noise]))
 
     n, step, m, k = len(trial.time), trial.time[1] - trial.time[0], 2.0, 30.0
     w = np.sqrt(k / m)
@@ -75,20 +75,20 @@ def test_a_linear_model_in_lines_has_the_likelihood_of_a_run_with_any_other_nois
     measured[7] = np.nan
     trial = Trial("gap", trial.time, trial.inputs, measured, trial.start, trial.spread)
     theta = np.array([30.0])
-    lines = box.in_lines(trial, theta, np.array([0.4]), np.array([3e-3]), substeps=4)
+    lines = box.in_lines(trial.in_steps(4), theta, np.array([0.4]), np.array([3e-3]))
     for intensity, noise in ((0.4, 3e-3), (0.01, 1e-2), (5.0, 1e-4)):
         other = np.array([intensity]), np.array([noise])
-        expected = box.run(trial, theta, *other, substeps=4).log_likelihood
+        expected = box.run(trial.in_steps(4), theta, *other).log_likelihood
         assert abs(lines.log_likelihood(*other) - expected) < 1e-7 * abs(expected)
 
 
 def test_slopes_by_noise_are_those_of_runs_with_other_noise(tmp_path: Path) -> None:
     box, trial = _box(tmp_path)
     theta, logs, h = np.array([30.0]), np.log([0.4, 3e-3]), 1e-4
-    found = box.in_lines(trial, theta, np.array([0.4]), np.array([3e-3]), substeps=4).slopes(
+    found = box.in_lines(trial.in_steps(4), theta, np.array([0.4]), np.array([3e-3])).slopes(
         np.array([0.4]), np.array([3e-3])
     )
     for slope, step in zip(found, h * np.eye(2), strict=True):
-        up, down = (box.run(trial, theta, *np.exp(at).reshape(2, 1), substeps=4) for at in (logs + step, logs - step))
+        up, down = (box.run(trial.in_steps(4), theta, *np.exp(at).reshape(2, 1)) for at in (logs + step, logs - step))
         expected = (up.log_likelihood - down.log_likelihood) / (2 * h)
         assert abs(slope - expected) < 1e-5 * (1 + abs(expected))

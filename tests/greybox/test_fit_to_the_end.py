@@ -94,9 +94,7 @@ def test_a_wrong_length_drag_and_a_late_sensor_are_found_together_and_nothing_di
     assert found.value(late, "T")[0] == pytest.approx(LATE, rel=0.02)
     # A free swing says little of the share that is late, so long as nobody knows what the sensor held at first: the fit is at the end.
     fit = found.fit
-    whole = Work(fit.box, fit.trials, fit.priors, fit.substeps).value(
-        np.array([-SHORTER, *fit.theta[1:2], 1.0, LATE]), fit.noise
-    )
+    whole = Work(fit.box, fit.trials, fit.priors).value(np.array([-SHORTER, *fit.theta[1:2], 1.0, LATE]), fit.noise)
     assert -fit.log_likelihood <= whole
     # Forces so small that over a second they turn it by less than the sensor's noise.
     inertia = 0.2 * 0.15**2
@@ -178,7 +176,8 @@ def test_dry_friction_is_fitted_alike_however_sharp_it_is_at_first_and_by_steps_
         fit = found.fit
         assert found.value(friction, "fC")[0] == pytest.approx(STICK, rel=0.05)
         likelihoods.append(fit.log_likelihood)
-        shorter = Work(fit.box, fit.trials, fit.priors, 2 * fit.substeps).value(fit.theta, fit.noise)
+        finer = [t.in_steps(2 * t.parts) for t in fit.trials]
+        shorter = Work(fit.box, finer, fit.priors).value(fit.theta, fit.noise)
         assert abs(shorter + fit.log_likelihood) < 1.0
     assert max(likelihoods) - min(likelihoods) < 6.0  # the priors of three first values differ by this much
 

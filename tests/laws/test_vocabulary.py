@@ -141,7 +141,7 @@ def test_the_response_to_a_term_is_what_the_filter_of_the_model_with_it_says(tmp
     table = table_of(about.fit, responses(about.fit, place), all_columns([term], place))
     fitted = fit_set(outcome.setting, (table.columns[0].candidate,), about.fit.noise).fit
     work = [
-        fitted.box.run(t, np.zeros(1), n.intensity, n.sensors, substeps=fitted.substeps, slopes=True)
+        fitted.box.run(t, np.zeros(1), n.intensity, n.sensors, slopes=True)
         for t, n in zip(fitted.trials, about.fit.noise, strict=True)
     ]
     compiled = np.concatenate([(run.slope[:, :, 0] / np.sqrt(run.variance)).ravel() for run in work])
