@@ -133,40 +133,58 @@ class Fitter:
         theta: np.ndarray,
         priors: Priors,
         noise: Sequence[Noise] | None = None,
-        *,
-        to_the_end: bool = True,
         rival: float = np.inf,
     ) -> Fit:
-        """Fit from first values: parameters, then noise, then both together.
+        """Fit from first values, as `begin` and then `end` do.
+
+        Raises:
+            ComponentError: if the model fails from the first values on.
+        """
+        return self.end(self.begin(box, theta, priors, noise), rival)
+
+    def begin(self, box: GreyBox, theta: np.ndarray, priors: Priors, noise: Sequence[Noise] | None = None) -> Fit:
+        """A fit with values to go on from: a few steps on the parameters, then some on the noise.
 
         Args:
             box: the model with its effects, filtered along trials.
             theta: first values (k,) of the free parameters.
             priors: their bounds and spreads.
             noise: first values of the noise of each trial, by default those that the fitter was made with.
-            to_the_end: whether both are fitted together; the first two steps find values to begin with.
-            rival: minus the log likelihood of another model; a fit that promises to stay far behind it is left.
 
         Raises:
             ComponentError: if the model fails from the first values on.
         """
         noise = self.start if noise is None else tuple(noise)
-        trials: tuple[Trial, ...] = ()
-        enough, ended = self._in_steps(box, theta, noise, self._first_steps()), True
-        while trials is not enough:  # values that were found may ask for shorter steps than the first ones
-            trials = enough
-            work = Work(box, trials, priors)
-            value = work.value(theta, noise)
-            theta, value = self._parameters(work, theta, noise, value)
-            noise, value = self._noise(work, theta, noise, value)
-            if to_the_end and len(theta):
-                theta, noise, value, ended = self._together(work, theta, noise, value, rival)
-                quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)
-                if reached < value - ENOUGH:
-                    theta, noise, value, ended = self._together(work, theta, quieter, reached, rival)
-                enough = self._in_steps(box, theta, noise, trials) if ended else trials
-        runs = work.runs(theta, noise, slopes=True)
-        return Fit(box, trials, theta, noise, -value, priors, tuple(runs), ended)
+        work = Work(box, self._in_steps(box, theta, noise, self._first_steps()), priors)
+        theta, value = self._parameters(work, theta, noise, work.value(theta, noise))
+        noise, value = self._noise(work, theta, noise, value)
+        return work.fit(theta, noise, value, ended=not len(theta))
+
+    def end(self, begun: Fit, rival: float = np.inf) -> Fit:
+        """A fit that has begun, ended: parameters and noise together.
+
+        Args:
+            begun: values to go on from.
+            rival: minus the log likelihood of another model; a fit that promises to stay far behind it is left.
+
+        Raises:
+            ComponentError: if the model fails from these values on.
+        """
+        if not len(begun.theta):
+            return begun
+        theta, noise = begun.theta, begun.noise
+        work = Work(begun.box, self._in_steps(begun.box, theta, noise, self._first_steps()), begun.priors)
+        value = work.value(theta, noise)
+        while True:
+            theta, noise, value, ended = self._together(work, theta, noise, value, rival)
+            quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)
+            if reached < value - ENOUGH:
+                theta, noise, value, ended = self._together(work, theta, quieter, reached, rival)
+            # Values that were found may ask for shorter steps than the first ones.
+            enough = self._in_steps(begun.box, theta, noise, work.trials) if ended else work.trials
+            if enough is work.trials:
+                return work.fit(theta, noise, value, ended=ended)
+            work = Work(begun.box, enough, begun.priors)
 
     def without_disturbance(self, box: GreyBox, fit: Fit) -> tuple[float, float]:
         """Log likelihood of a fit's model if nothing but sensors' noise is left, and by which factor that is larger then.
@@ -225,29 +243,32 @@ class Fitter:
         them: where friction turns, not along the whole record. The same trials if theirs are short enough."""
         priors = Priors(theta, np.full(len(theta), np.inf), theta, theta)
         before = Work(box, trials, priors).value(theta, noise)
-        while min(int(t.parts.min()) for t in trials) < MOST_STEPS_BETWEEN:
+        shortest = False
+        while not shortest:
             after = Work(box, [t.in_steps(2 * t.parts) for t in trials], priors).value(theta, noise)
             if np.isfinite(before) and abs(after - before) < CLOSE + 1e-4 * abs(after):
                 break
-            trials = self._in_shorter_steps(box, theta, noise, trials)
-            before = Work(box, trials, priors).value(theta, noise)
+            shorter = self._in_shorter_steps(box, theta, noise, trials)
+            shortest = all(np.array_equal(one.parts, other.parts) for one, other in zip(shorter, trials, strict=True))
+            if not shortest:
+                trials = shorter
+                before = Work(box, trials, priors).value(theta, noise)
         self._enough = self._enough or trials
         return trials
 
     def _in_shorter_steps(
         self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise], trials: tuple[Trial, ...]
     ) -> tuple[Trial, ...]:
-        """Trials with half the steps where that moves a state, and beside it; everywhere if it does so nowhere, or if runs fail."""
+        """Trials with steps of half the length where that moves a state, and beside it; everywhere if it does so nowhere or runs fail."""
         try:
             off = [box.off_by_steps(t, theta, n.intensity, n.sensors) for t, n in zip(trials, noise, strict=True)]
         except ComponentError:
             off = [np.full(len(t.time), np.inf) for t in trials]
-        wanted = [np.convolve(own > MOVED, np.ones(3), "same") > 0 for own in off]
-        wanted = [own & (t.parts < MOST_STEPS_BETWEEN) for own, t in zip(wanted, trials, strict=True)]
-        everywhere = not any(own.any() for own in wanted)
+        moved = [np.convolve(own > MOVED, np.ones(3), "same") > 0 for own in off]
+        everywhere = not any(own.any() for own in moved)
         return tuple(
             t.in_steps(np.minimum(np.where(own | everywhere, 2, 1) * t.parts, MOST_STEPS_BETWEEN))
-            for own, t in zip(wanted, trials, strict=True)
+            for own, t in zip(moved, trials, strict=True)
         )
 
     def _parameters(
@@ -476,7 +497,12 @@ class Work:
     """Values and slopes of the objective of one grey box: minus the log likelihood, with priors."""
 
     def __init__(self, box: GreyBox, trials: Sequence[Trial], priors: Priors) -> None:
-        self.box, self.trials, self.priors = box, trials, priors
+        self.box, self.trials, self.priors = box, tuple(trials), priors
+
+    def fit(self, theta: np.ndarray, noise: Sequence[Noise], value: float, *, ended: bool) -> Fit:
+        """What was found, with its runs."""
+        runs = self.runs(theta, noise, slopes=True)
+        return Fit(self.box, self.trials, theta, tuple(noise), -value, self.priors, tuple(runs), ended)
 
     def runs(self, theta: np.ndarray, noise: Sequence[Noise], *, slopes: bool = False) -> list[Filtered]:
         def run(each: tuple[Trial, Noise]) -> Filtered:

@@ -28,6 +28,8 @@ from orchestrator.models.threads import on_idle_threads
 
 Progress = Callable[[str], None]
 Key = frozenset[tuple[str, str]]
+# So many of the sets that have begun are ended before the others, which may stay far behind them then.
+FIRST = 2
 # By what steps are divided, in turn, where candidates leave the range of numbers.
 SHORTER = (1, 4, 16)
 NOTHING: Mapping[str, float] = {}
@@ -352,7 +354,7 @@ class Search:
         self._fit(candidates)
         if (left := self.fitted.get(key_of(candidates))) is not None and not left.fit.ended:
             with suppress(ComponentError, np.linalg.LinAlgError):
-                self.fitted[left.key] = refitted(self.setting, left, self.setting.held)
+                self.fitted[left.key] = with_losses(left.candidates, self.setting.fitter.end(left.fit))
         if about is not None and (pair := (key_of(candidates), about.key)) not in self._fitted_from:
             self._fitted_from.add(pair)
             self._fit_again(candidates, about)
@@ -365,39 +367,56 @@ class Search:
 
     def _fit_again(self, candidates: tuple[Candidate, ...], about: FittedSet | None = None) -> None:
         """Fit a set from the values of another one, or from none and noise of its own; the likelier fit stays."""
-        found, known = self._fitted(candidates, about), self.fitted.get(key_of(candidates))
-        if found is not None and (known is None or found.loss < known.loss):
-            self.fitted[found.key] = found
+        for found in self._begun(candidates, about):
+            self._keep(self._ended(lambda words: None, self.best, found))
 
     def _fit_all(self, sets: Sequence[tuple[Candidate, ...]]) -> None:
-        """Fit new sets, those of one size side by side: larger ones begin at the values of smaller ones."""
-        for size in sorted({len(each) for each in sets}):
-            fresh = {key: each for each in sets if len(each) == size and (key := key_of(each)) not in self.fitted}
-            trying = counting(self.progress, "trying", len(fresh))
-            for found in on_idle_threads(partial(self._from_nearest, trying), list(fresh.values())):
-                if found is not None:
-                    self.fitted[found.key] = found
+        """Fit new sets, those of one size side by side: larger ones begin at the values of smaller ones.
+
+        The likeliest so far are ended first, and the others only as far as they may still reach them.
+        """
+        fresh = {key: each for each in sets if (key := key_of(each)) not in self.fitted}
+        trying = counting(self.progress, "trying", len(fresh))
+        begun: list[FittedSet] = []
+        for size in sorted({len(each) for each in fresh.values()}):
+            same = [each for each in fresh.values() if len(each) == size]
+            for found in on_idle_threads(partial(self._begun_from_nearest, trying), same):
+                begun += found
+                self._keep(found)
+        begun.sort(key=lambda found: found.loss)
+        ending = counting(self.progress, "fitting", len(begun))
+        for some in (begun[:FIRST], begun[FIRST:]):
+            self._keep(
+                [each for ended in on_idle_threads(partial(self._ended, ending, self.best), some) for each in ended]
+            )
+
+    def _keep(self, found: Sequence[FittedSet]) -> None:
+        """Sets that are likelier than what was fitted before in their place."""
+        for each in found:
+            known = self.fitted.get(each.key)
+            if known is None or each.loss < known.loss:
+                self.fitted[each.key] = each
 
     def _fit(self, candidates: tuple[Candidate, ...]) -> None:
         self._fit_all([candidates])
 
-    def _from_nearest(self, trying: Callable[[str], None], candidates: tuple[Candidate, ...]) -> FittedSet | None:
+    def _begun_from_nearest(self, trying: Callable[[str], None], candidates: tuple[Candidate, ...]) -> list[FittedSet]:
         trying(_in_words(candidates))
-        return self._fitted(candidates, self._nearest(key_of(candidates)))
+        return self._begun(candidates, self._nearest(key_of(candidates)))
 
-    def _fitted(self, candidates: tuple[Candidate, ...], about: FittedSet | None) -> FittedSet | None:
-        """A set, fitted; None if that fails, or what begins at some position begins nowhere in the record."""
+    def _begun(self, candidates: tuple[Candidate, ...], about: FittedSet | None) -> list[FittedSet]:
+        """A set with values to go on from, from each of its starts; none if all fail."""
         noise, known = (None, NOTHING) if about is None else (about.fit.noise, about.fit.values)
-        try:
-            found = fit_set(self.setting, candidates, noise, known, self._rival(candidates))
-        except (ComponentError, np.linalg.LinAlgError):
-            return None
-        return found if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates) else None
+        return [found for found in begun(self.setting, candidates, noise, known) if _is_possible(found)]
 
-    def _rival(self, candidates: Sequence[Candidate]) -> float:
-        """Minus the log likelihood with which a set would be as good as the best one."""
-        best = self.best
-        return best.loss - _parameters(candidates) * best.price
+    def _ended(self, ending: Callable[[str], None], best: FittedSet, found: FittedSet) -> list[FittedSet]:
+        """A set that has begun, ended or left far behind the best one; none if that fails."""
+        ending(_in_words(found.candidates))
+        rival = best.loss - found.counted * best.price
+        with suppress(ComponentError, np.linalg.LinAlgError):
+            found = with_losses(found.candidates, self.setting.fitter.end(found.fit, rival))
+            return [found] if _is_possible(found) else []
+        return []
 
     def _nearest(self, key: Key) -> FittedSet:
         """The likeliest set that a new one contains: it knows best how noisy the sensors are."""
@@ -416,6 +435,11 @@ def _in_words(candidates: Sequence[Candidate]) -> str:
 def _in_shares(candidates: Sequence[Candidate]) -> int:
     """Number of laws that act in some share."""
     return sum(bool(c.shares) for c in candidates)
+
+
+def _is_possible(found: FittedSet) -> bool:
+    """Whether a fit is one at all, and what begins at some position begins in the record."""
+    return bool(np.isfinite(found.loss)) and all(_within(found, c) for c in found.candidates)
 
 
 def _within(found: FittedSet, candidate: Candidate) -> bool:
@@ -445,7 +469,6 @@ def fit_set(
     candidates: Sequence[Candidate],
     noise: Sequence[Noise] | None,
     known: Mapping[str, float] = NOTHING,
-    rival: float = np.inf,
 ) -> FittedSet:
     """Fit a set: gains from zero or what they begin with, shapes from their grid.
 
@@ -454,31 +477,42 @@ def fit_set(
     Args:
         noise: what the fit begins with, of each trial; None for what is likeliest with the first values.
         known: values that some parameters begin with, by their names in the extended system.
-        rival: minus the log likelihood of another set; a fit that promises to stay far behind it is left.
 
     Raises:
         ComponentError: if the model fails from the first values on.
     """
-    found = _fit_from(setting, candidates, noise, known, rival)
-    if any(c.shares.keys() - c.shapes.keys() for c in candidates):
-        whole = tuple(c.begun_with({**c.shares, **c.shapes}) for c in candidates)
+    found: list[FittedSet] = []
+    for each in begun(setting, candidates, noise, known):
         with suppress(ComponentError, np.linalg.LinAlgError):
-            found = min(found, _fit_from(setting, whole, noise, known, rival), key=_loss)
-    return found
+            found.append(with_losses(each.candidates, setting.fitter.end(each.fit)))
+    if not found:
+        raise ComponentError(f"{setting.base.name} fails with {_in_words(candidates)}")
+    return min(found, key=lambda each: each.loss if np.isfinite(each.loss) else np.inf)
 
 
-def _loss(found: FittedSet) -> float:
-    return found.loss if np.isfinite(found.loss) else np.inf
-
-
-def _fit_from(
+def begun(
     setting: Setting,
     candidates: Sequence[Candidate],
     noise: Sequence[Noise] | None,
+    known: Mapping[str, float] = NOTHING,
+) -> list[FittedSet]:
+    """Sets with values to go on from, of each start that does not fail; arguments as of `fit_set`."""
+    starts = [tuple(candidates)]
+    if any(c.shares.keys() - c.shapes.keys() for c in candidates):
+        starts.append(tuple(c.begun_with({**c.shares, **c.shapes}) for c in candidates))
+    found = []
+    for each in starts:
+        with suppress(ComponentError, np.linalg.LinAlgError):
+            found.append(_begun_from(setting, each, noise, known))
+    return found
+
+
+def _begun_from(
+    setting: Setting,
+    everyone: tuple[Candidate, ...],
+    noise: Sequence[Noise] | None,
     known: Mapping[str, float],
-    rival: float,
 ) -> FittedSet:
-    everyone = tuple(candidates)
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
     names = [c.symbol(p) for c, p in free]
     box = _box(setting, everyone, names, setting.held)
@@ -493,8 +527,8 @@ def _fit_from(
     if held.any():  # gains first, since a shape does nothing while its gain is zero
         fixed = 1e-9 * np.where(priors.by_logs, 1.0, np.maximum(np.abs(first), 1e-9))
         tight = replace(priors, mean=first, std=np.where(held, fixed, spread))
-        first = setting.fitter.fit(box, first, tight, noise, to_the_end=False).theta
-    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rival=rival))
+        first = setting.fitter.begin(box, first, tight, noise).theta
+    return with_losses(everyone, setting.fitter.begin(box, first, priors, noise))
 
 
 def refitted(setting: Setting, found: FittedSet, held: Sequence[str]) -> FittedSet:

@@ -11,7 +11,7 @@ from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.evidence import all_candidates, case_of, nominal_set
 from orchestrator.greybox.fit import Work
 from orchestrator.greybox.laws import laws
-from orchestrator.greybox.search import Search, fit_set
+from orchestrator.greybox.search import Search, begun, fit_set, with_losses
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import load_measurements
 
@@ -188,9 +188,10 @@ def test_a_fit_left_far_behind_the_best_set_is_ended_before_a_decision_uses_it(s
     alone = (_first(search, "sensor_lag", "sensor:q"),)
     whole = fit_set(search.setting, alone, search.nominal.fit.noise)
     assert best is not None and whole.loss > best.loss + 500
-    left = fit_set(search.setting, alone, search.nominal.fit.noise, rival=-best.fit.log_likelihood)
-    assert not left.fit.ended
-    search.fitted[left.key] = left
+    first = min(begun(search.setting, alone, search.nominal.fit.noise), key=lambda each: each.loss)
+    left = search.setting.fitter.end(first.fit, rival=-best.fit.log_likelihood)
+    assert not left.ended
+    search.fitted[first.key] = with_losses(alone, left)
     ended = search.fit(alone)
     assert ended is not None and ended.fit.ended
     assert ended.loss < whole.loss + 1
