@@ -1,8 +1,11 @@
 """The grey box's filter against dense algebra and differences."""
 
+from dataclasses import replace
+from math import factorial
 from pathlib import Path
 
 import numpy as np
+import pytest
 from plants import slide_record
 
 from fmus.catalogue import find_modelica_model
@@ -92,3 +95,22 @@ def test_slopes_by_noise_are_those_of_runs_with_other_noise(tmp_path: Path) -> N
         up, down = (box.run(trial.in_steps(4), theta, *np.exp(at).reshape(2, 1)) for at in (logs + step, logs - step))
         expected = (up.log_likelihood - down.log_likelihood) / (2 * h)
         assert abs(slope - expected) < 1e-5 * (1 + abs(expected))
+
+
+def test_what_shorter_steps_would_move_a_state_by_is_what_they_do_to_a_spring(tmp_path: Path) -> None:
+    box, trial = _box(tmp_path)
+    stiffness, intensity, noise = 3e4, 0.4, 3e-3
+    trial = replace(trial, inputs=np.zeros_like(trial.inputs), steps=np.array([1] + [2] * (len(trial.time) - 1)))
+    off = box.off_by_steps(trial, np.array([stiffness]), np.array([intensity]), np.array([noise]))
+    run = box.run(trial, np.array([stiffness]), np.array([intensity]), np.array([noise]), covariances=True)
+    assert run.ahead_covariance is not None
+    pace = np.array([[0.0, 1.0], [-stiffness / 2.0, 0.0]]) * (trial.time[1] - trial.time[0])
+    powers = [np.linalg.matrix_power(pace, k) / factorial(k) for k in range(5)]  # Runge and Kutta's series
+
+    def moved(parts: int) -> np.ndarray:
+        once = sum(power / parts**k for k, power in enumerate(powers))
+        return np.asarray(np.linalg.matrix_power(once, parts) @ run.mean[0])
+
+    spread = np.sqrt(np.diag(run.ahead_covariance[1]))
+    assert off[1] == pytest.approx(np.max(np.abs(moved(4) - moved(2)) / spread), rel=1e-6)
+    assert off[1] > 1e-4

@@ -195,3 +195,17 @@ def test_a_fit_left_far_behind_the_best_set_is_ended_before_a_decision_uses_it(s
     ended = search.fit(alone)
     assert ended is not None and ended.fit.ended
     assert ended.loss < whole.loss + 1
+
+
+def test_the_likeliest_of_sets_that_have_begun_are_ended_and_one_far_behind_them_is_left(search: Search) -> None:
+    every = Search(search.setting, search.candidates, search.nominal, lambda message: None)
+    wrong, drag, late = (
+        _first(search, *each)
+        for each in (("parameter_error", "l"), ("quadratic_drag", "q"), ("sensor_lag", "sensor:q"))
+    )
+    every._fit_all([(wrong, drag, late), (wrong, drag), (late,)])
+    fits = {len(key): found for key, found in every.fitted.items()}
+    assert fits[3].fit.ended
+    assert every.best is fits[3]
+    assert not fits[1].fit.ended
+    assert fits[1].loss > fits[3].loss + 30
