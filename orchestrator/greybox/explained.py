@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from fmus.errors import ComponentError
 from orchestrator.greybox.fit import Fit, Fitter
@@ -47,7 +47,7 @@ def is_white(series: Sequence[np.ndarray]) -> bool:
             return False
         spectra.append(np.abs(np.fft.rfft(good)) ** 2 * np.r_[1.0, np.full(len(good) // 2, 2.0)] / power)
     strong = (
-        sum(float(own[: count + 1].sum()) for own in spectra) > chi2.isf(BY_CHANCE, (2 * count + 1) * len(series))
+        sum(float(own[: count + 1].sum()) for own in spectra) > chdtri((2 * count + 1) * len(series), BY_CHANCE)
         for count in SLOWEST
     )
     return not any(strong)

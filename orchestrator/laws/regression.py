@@ -109,6 +109,7 @@ class BeamSearch:
         self.vectors = np.array([self.slopes[rows].T @ table.error[rows] for rows in self.folds])
         self.diagonals = np.array([np.einsum("rm,rm->m", self.slopes[rows], self.slopes[rows]) for rows in self.folds])
         self.samples = np.count_nonzero(table.error)
+        self.prices = 0.5 * np.log(self.samples) * np.array([c.term.cost for c in table.columns])
         self.nothing = self._score_of(())
 
     def run(self) -> list[Sum]:
@@ -143,9 +144,6 @@ class BeamSearch:
                 best.setdefault(term.id, int(column))
         return [(c, float(scores[c])) for c in list(best.values())[: 2 * BEAM]]
 
-    def _price(self, columns: Sequence[int]) -> float:
-        return 0.5 * float(np.log(self.samples)) * sum(self.table.columns[c].term.cost for c in columns)
-
     def _score_of(self, start: tuple[int, ...]) -> float:
         base = np.column_stack([self.table.kept, self.slopes[:, list(start)]])
         if not base.shape[1]:
@@ -166,7 +164,7 @@ class BeamSearch:
             g[f, :, k, k] = self.diagonals[f]
             v[f, :, :k] = base[rows].T @ self.table.error[rows]
             v[f, :, k] = self.vectors[f]
-        prices = np.array([self._price((*start, c)) for c in range(m)])
+        prices = self.prices[list(start)].sum() + self.prices
         scores = self._gains(g, v) - self.nothing - prices if start or k else self._gains(g, v) - prices
         return np.where(self.useful, scores, -np.inf)
 
