@@ -20,7 +20,7 @@ from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.evidence import all_candidates
 from orchestrator.greybox.laws import laws
-from orchestrator.greybox.search import FittedSet, fit_set, with_losses, wrong_together
+from orchestrator.greybox.search import FittedSet, begun, fit_set, with_losses, wrong_together
 from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
 from orchestrator.laws.response import responses
 from orchestrator.laws.terms import Term, joined, law_of, modulators_of_several, terms_at, with_other_held
@@ -150,7 +150,7 @@ def guessed(outcome: Outcome, about: FittedSet, progress: Progress) -> tuple[lis
 def _fitted(
     outcome: Outcome, about: FittedSet, guesses: Sequence[Guess], limits: Limits, until: float, progress: Progress
 ) -> list[FoundLaw]:
-    """The best guesses of each size, fitted by likelihood while there is time."""
+    """The best guesses of each size, fitted roughly while there is time."""
     chosen = [g for k, count in enumerate(limits.fitted, 1) for g in [g for g in guesses if len(g.terms) == k][:count]]
     found: list[FoundLaw] = []
     for guess in sorted(chosen, key=lambda g: -g.score):
@@ -159,12 +159,8 @@ def _fitted(
         law = guess.candidate.law
         progress(f"fitting {law.written or law.expression} at {guess.candidate.place.site}")
         beside = about.candidates
-        try:
-            fitted = fit_set(outcome.setting, (*beside, guess.candidate), about.fit.noise)
-        except (ComponentError, np.linalg.LinAlgError):
-            continue
-        if np.isfinite(fitted.loss):
-            found.append(FoundLaw(guess.terms, guess.candidate, fitted, beside))
+        rough = begun(outcome.setting, (*beside, guess.candidate), about.fit.noise)
+        found += [FoundLaw(guess.terms, guess.candidate, one, beside) for one in rough if np.isfinite(one.loss)]
     return found
 
 
@@ -292,7 +288,7 @@ def _to_the_end(outcome: Outcome, law: FoundLaw) -> FoundLaw:
     How steep dry friction is at rest hardly shows in what regression sees, and in a record without reversals not at all.
     """
     fit, candidate = law.fitted.fit, law.fitted.candidates[-1]
-    found = with_losses(law.fitted.candidates, outcome.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise))
+    found = with_losses(law.fitted.candidates, outcome.setting.fitter.end(fit))
     values = {p.name: found.value(candidate, p.name)[0] for p in (*candidate.gains, *candidate.fitted_shapes)}
     fitted = [found]
     for other in with_other_held(candidate.begun_with(values)):

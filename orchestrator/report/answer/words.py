@@ -65,9 +65,11 @@ def sizes(effects: Sequence[Effect]) -> str:
 
 
 def _fitted(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Without those that were held at a value, such as the width of a smoothed sign; all if all were."""
-    free = {name: value for name, value in parameters.items() if value["ci90"][0] != value["ci90"][1]}
-    return free or parameters
+    """Those that the record says something of: not held at a value, as the width of a smoothed sign may be, nor known to no more
+    than their own size; all if there are none."""
+    widths = {name: value["ci90"][1] - value["ci90"][0] for name, value in parameters.items()}
+    told = {name: value for name, value in parameters.items() if 0 < widths[name] <= 2 * abs(value["value"])}
+    return told or {name: value for name, value in parameters.items() if widths[name] > 0} or parameters
 
 
 def size(name: str, estimate: Mapping[str, Any]) -> str:
