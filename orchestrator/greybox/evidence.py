@@ -28,7 +28,7 @@ from orchestrator.greybox.places import (
     with_others,
 )
 from orchestrator.greybox.prepare import first_noise, least_noise, seen_by, trials_of
-from orchestrator.greybox.search import FittedSet, Setting, with_losses
+from orchestrator.greybox.search import FittedSet, Setting
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
 
@@ -72,7 +72,7 @@ def nominal_set(case: Case, thresholds: Thresholds) -> tuple[Setting, FittedSet]
     setting = Setting(
         case.base, case.balances, case.signals, tuple(trials), fitter, thresholds, case.data.trials[0].held
     )
-    return setting, with_losses((), fitter.fit(box, none, Priors(none, none, none, none)))
+    return setting, FittedSet((), fitter.fit(box, none, Priors(none, none, none, none)))
 
 
 def places_of(case: Case, nominal: FittedSet) -> list[Place]:

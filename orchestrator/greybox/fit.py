@@ -172,9 +172,11 @@ class Fitter:
         """
         if not len(begun.theta):
             return begun
-        theta, noise = begun.theta, begun.noise
-        work = Work(begun.box, self._in_steps(begun.box, theta, noise, self._first_steps()), begun.priors)
-        value = work.value(theta, noise)
+        theta, noise, value = begun.theta, begun.noise, -begun.log_likelihood
+        work = Work(begun.box, begun.trials, begun.priors)
+        if any(t.parts.max() > 1 for t in begun.trials):  # values that were found may do with longer steps
+            work = Work(begun.box, self._in_steps(begun.box, theta, noise, self._first_steps()), begun.priors)
+            value = work.value(theta, noise)
         while True:
             theta, noise, value, ended = self._together(work, theta, noise, value, rival)
             quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)

@@ -44,6 +44,4 @@ def other_answer(
     _, own = nominal_set(case_of(answer, measurements), limits)
     scale = np.nanstd(np.concatenate([trial.measured for trial in setting.trials]), axis=0)
     unexplained = 1.0 - Judge(nominal, limits, np.maximum(scale, 1e-300)).explained(own)
-    # The price of the parameters goes on the losses, evenly, since the model itself has none that are free.
-    priced = own.losses + parameters * own.price / len(own.losses)
-    return OtherAnswer(replace(own, losses=priced), parameters, unexplained)
+    return OtherAnswer(replace(own, before=parameters), parameters, unexplained)

@@ -42,11 +42,11 @@ def key_of(candidates: Sequence[Candidate]) -> Key:
 
 @dataclass(frozen=True, eq=False)
 class FittedSet:
-    """A set of candidates with its fit; `losses` are minus log likelihoods by stretch of the record, (ns,)."""
+    """A set of candidates with its fit, and the number of parameters of its model that were fitted before."""
 
     candidates: tuple[Candidate, ...]
     fit: Fit
-    losses: np.ndarray
+    before: int = 0
 
     @property
     def key(self) -> Key:
@@ -56,12 +56,18 @@ class FittedSet:
     @property
     def loss(self) -> float:
         """Minus the log likelihood, with half the logarithm of the number of samples for each parameter (Schwarz 1978)."""
-        return float(self.losses.sum()) + self.counted * self.price
+        return self.counted * self.price - sum(run.log_likelihood for run in self.fit.runs)
+
+    @cached_property
+    def losses(self) -> np.ndarray:
+        """Minus log likelihoods by stretch of the record, (ns,)."""
+        square = normal_equations(self.fit).square
+        return 0.5 * square + _log_variances(self.fit, len(square))
 
     @property
     def counted(self) -> int:
         """Number of parameters, but for those that only smooth a corner."""
-        return len(self.fit.theta) - sum(p.smooths for c in self.candidates for p in c.fitted_shapes)
+        return self.before + len(self.fit.theta) - sum(p.smooths for c in self.candidates for p in c.fitted_shapes)
 
     @cached_property
     def price(self) -> float:
@@ -354,7 +360,7 @@ class Search:
         self._fit(candidates)
         if (left := self.fitted.get(key_of(candidates))) is not None and not left.fit.ended:
             with suppress(ComponentError, np.linalg.LinAlgError):
-                self.fitted[left.key] = with_losses(left.candidates, self.setting.fitter.end(left.fit))
+                self.fitted[left.key] = FittedSet(left.candidates, self.setting.fitter.end(left.fit))
         if about is not None and (pair := (key_of(candidates), about.key)) not in self._fitted_from:
             self._fitted_from.add(pair)
             self._fit_again(candidates, about)
@@ -414,7 +420,7 @@ class Search:
         ending(_in_words(found.candidates))
         rival = best.loss - found.counted * best.price
         with suppress(ComponentError, np.linalg.LinAlgError):
-            found = with_losses(found.candidates, self.setting.fitter.end(found.fit, rival))
+            found = FittedSet(found.candidates, self.setting.fitter.end(found.fit, rival))
             return [found] if _is_possible(found) else []
         return []
 
@@ -484,7 +490,7 @@ def fit_set(
     found: list[FittedSet] = []
     for each in begun(setting, candidates, noise, known):
         with suppress(ComponentError, np.linalg.LinAlgError):
-            found.append(with_losses(each.candidates, setting.fitter.end(each.fit)))
+            found.append(FittedSet(each.candidates, setting.fitter.end(each.fit)))
     if not found:
         raise ComponentError(f"{setting.base.name} fails with {_in_words(candidates)}")
     return min(found, key=lambda each: each.loss if np.isfinite(each.loss) else np.inf)
@@ -528,7 +534,7 @@ def _begun_from(
         fixed = 1e-9 * np.where(priors.by_logs, 1.0, np.maximum(np.abs(first), 1e-9))
         tight = replace(priors, mean=first, std=np.where(held, fixed, spread))
         first = setting.fitter.begin(box, first, tight, noise).theta
-    return with_losses(everyone, setting.fitter.begin(box, first, priors, noise))
+    return FittedSet(everyone, setting.fitter.begin(box, first, priors, noise))
 
 
 def refitted(setting: Setting, found: FittedSet, held: Sequence[str]) -> FittedSet:
@@ -544,7 +550,7 @@ def refitted(setting: Setting, found: FittedSet, held: Sequence[str]) -> FittedS
     """
     fit = found.fit
     box = _box(setting, found.candidates, fit.box.theta, held)
-    return with_losses(found.candidates, setting.fitter.fit(box, fit.theta, fit.priors, fit.noise))
+    return FittedSet(found.candidates, setting.fitter.fit(box, fit.theta, fit.priors, fit.noise))
 
 
 def _box(setting: Setting, candidates: Sequence[Candidate], theta: Sequence[str], held: Sequence[str]) -> GreyBox:
@@ -556,12 +562,6 @@ def _box(setting: Setting, candidates: Sequence[Candidate], theta: Sequence[str]
 def _parameters(candidates: Sequence[Candidate]) -> int:
     """Number of parameters that count, as in `FittedSet.counted`."""
     return sum(len(c.gains) + sum(not p.smooths for p in c.fitted_shapes) for c in candidates)
-
-
-def with_losses(candidates: Sequence[Candidate], fit: Fit) -> FittedSet:
-    """A fit with its losses: minus the log likelihood of each stretch, (ns,)."""
-    square = normal_equations(fit).square
-    return FittedSet(tuple(candidates), fit, 0.5 * square + _log_variances(fit, len(square)))
 
 
 def _log_variances(fit: Fit, count: int) -> np.ndarray:

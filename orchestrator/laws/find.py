@@ -20,7 +20,7 @@ from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.evidence import all_candidates
 from orchestrator.greybox.laws import laws
-from orchestrator.greybox.search import FittedSet, begun, fit_set, with_losses, wrong_together
+from orchestrator.greybox.search import FittedSet, begun, fit_set, wrong_together
 from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
 from orchestrator.laws.response import responses
 from orchestrator.laws.terms import Term, joined, law_of, modulators_of_several, terms_at, with_other_held
@@ -288,7 +288,7 @@ def _to_the_end(outcome: Outcome, law: FoundLaw) -> FoundLaw:
     How steep dry friction is at rest hardly shows in what regression sees, and in a record without reversals not at all.
     """
     fit, candidate = law.fitted.fit, law.fitted.candidates[-1]
-    found = with_losses(law.fitted.candidates, outcome.setting.fitter.end(fit))
+    found = FittedSet(law.fitted.candidates, outcome.setting.fitter.end(fit))
     values = {p.name: found.value(candidate, p.name)[0] for p in (*candidate.gains, *candidate.fitted_shapes)}
     fitted = [found]
     for other in with_other_held(candidate.begun_with(values)):

@@ -11,7 +11,7 @@ from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.evidence import all_candidates, case_of, nominal_set
 from orchestrator.greybox.fit import Work
 from orchestrator.greybox.laws import laws
-from orchestrator.greybox.search import Search, begun, fit_set, with_losses
+from orchestrator.greybox.search import FittedSet, Search, begun, fit_set
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import load_measurements
 
@@ -191,7 +191,7 @@ def test_a_fit_left_far_behind_the_best_set_is_ended_before_a_decision_uses_it(s
     first = min(begun(search.setting, alone, search.nominal.fit.noise), key=lambda each: each.loss)
     left = search.setting.fitter.end(first.fit, rival=-best.fit.log_likelihood)
     assert not left.ended
-    search.fitted[first.key] = with_losses(alone, left)
+    search.fitted[first.key] = FittedSet(alone, left)
     ended = search.fit(alone)
     assert ended is not None and ended.fit.ended
     assert ended.loss < whole.loss + 1
