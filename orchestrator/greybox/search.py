@@ -28,8 +28,6 @@ from orchestrator.models.threads import on_idle_threads
 
 Progress = Callable[[str], None]
 Key = frozenset[tuple[str, str]]
-# So many of the sets that have begun are ended before the others, which may stay far behind them then.
-FIRST = 2
 # By what steps are divided, in turn, where candidates leave the range of numbers.
 SHORTER = (1, 4, 16)
 NOTHING: Mapping[str, float] = {}
@@ -379,7 +377,7 @@ class Search:
     def _fit_all(self, sets: Sequence[tuple[Candidate, ...]]) -> None:
         """Fit new sets, those of one size side by side: larger ones begin at the values of smaller ones.
 
-        The likeliest so far are ended first, and the others only as far as they may still reach them.
+        All begin before the first one is ended, so that each is ended only as far as it may still reach the likeliest.
         """
         fresh = {key: each for each in sets if (key := key_of(each)) not in self.fitted}
         trying = counting(self.progress, "trying", len(fresh))
@@ -389,18 +387,15 @@ class Search:
             for found in on_idle_threads(partial(self._begun_from_nearest, trying), same):
                 begun += found
                 self._keep(found)
-        begun.sort(key=lambda found: found.loss)
-        ending = counting(self.progress, "fitting", len(begun))
-        for some in (begun[:FIRST], begun[FIRST:]):
-            self._keep(
-                [each for ended in on_idle_threads(partial(self._ended, ending, self.best), some) for each in ended]
-            )
+        end = partial(self._ended, counting(self.progress, "fitting", len(begun)), self.best)
+        for found in on_idle_threads(end, begun):
+            self._keep(found)
 
     def _keep(self, found: Sequence[FittedSet]) -> None:
         """Sets that are likelier than what was fitted before in their place."""
         for each in found:
             known = self.fitted.get(each.key)
-            if known is None or each.loss < known.loss:
+            if known is None or each.loss <= known.loss:
                 self.fitted[each.key] = each
 
     def _fit(self, candidates: tuple[Candidate, ...]) -> None:
