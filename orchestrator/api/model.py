@@ -159,6 +159,26 @@ class Model:
         weakref.finalize(better, shutil.rmtree, folder, ignore_errors=True)
         return better
 
+    def save_law(self, law: Any, folder: str | Path) -> Path:
+        """Write one of the `laws` of a diagnosis as a card, with its Modelica class and its picture.
+
+        Args:
+            law: one of the `laws`.
+            folder: where to; as one of the `cards` of later diagnoses it gives them the law.
+
+        Returns:
+            The card.
+
+        Raises:
+            MisfitError: if it is no law.
+        """
+        from orchestrator.laws.card import write_files
+        from orchestrator.laws.proposal import LawProposal
+
+        if not isinstance(law, LawProposal):
+            raise MisfitError(f"save_law takes one of the laws of a diagnosis, not {type(law).__name__}")
+        return Path(write_files(law, Path(folder)).card)
+
     def missing(self, data: Any) -> "Missing":
         """Show the force (or other input of a balance equation) that would make the model follow each trial.
 

@@ -127,20 +127,13 @@ class Fitter:
         self.trials, self.start, self.least_noise = tuple(trials), tuple(start), least_noise
         self._enough: tuple[Trial, ...] | None = None
 
-    def fit(
-        self,
-        box: GreyBox,
-        theta: np.ndarray,
-        priors: Priors,
-        noise: Sequence[Noise] | None = None,
-        rival: float = np.inf,
-    ) -> Fit:
+    def fit(self, box: GreyBox, theta: np.ndarray, priors: Priors, noise: Sequence[Noise] | None = None) -> Fit:
         """Fit from first values, as `begin` and then `end` do.
 
         Raises:
             ComponentError: if the model fails from the first values on.
         """
-        return self.end(self.begin(box, theta, priors, noise), rival)
+        return self.end(self.begin(box, theta, priors, noise))
 
     def begin(self, box: GreyBox, theta: np.ndarray, priors: Priors, noise: Sequence[Noise] | None = None) -> Fit:
         """A fit with values to go on from: a few steps on the parameters, then some on the noise.

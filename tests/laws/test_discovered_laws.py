@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from oscillator import recorded
 
 from fmus.catalogue import find_modelica_model
+from fmus.errors import MisfitError
 from orchestrator.api.model import Model
 from orchestrator.cli.improve import add
 from orchestrator.compare.comparison import compare
@@ -79,6 +80,16 @@ def test_the_class_of_a_law_compiles_and_marks_what_is_extrapolated(braked: tupl
     assert [v.name for v in system.inputs] == ["v"] and system.outputs == ("f",)
     assert "extrapolation" in Path(law.modelica).read_text()
     assert "extrapolated" in Path(law.picture).read_text()
+
+
+def test_python_saves_a_law_as_the_command_does(braked: tuple[Path, Discovery], tmp_path: Path) -> None:
+    folder, found = braked
+    model, law = Model(f"{folder / 'Mass.mo'}:Mass"), found.laws[0]
+    card = model.save_law(law, tmp_path / "laws")
+    assert card.read_bytes() == Path(law.card).read_bytes()
+    assert [each.id for each in own_laws([tmp_path / "laws"])] == [law.id]
+    with pytest.raises(MisfitError, match="takes one of the laws of a diagnosis, not str"):
+        model.save_law("eddy_brake", tmp_path)
 
 
 @pytest.mark.slow
