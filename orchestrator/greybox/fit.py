@@ -238,16 +238,14 @@ class Fitter:
         them: where friction turns, not along the whole record. The same trials if theirs are short enough."""
         priors = Priors(theta, np.full(len(theta), np.inf), theta, theta)
         before = Work(box, trials, priors).value(theta, noise)
-        shortest = False
-        while not shortest:
+        while True:
             after = Work(box, [t.in_steps(2 * t.parts) for t in trials], priors).value(theta, noise)
             if np.isfinite(before) and abs(after - before) < CLOSE + 1e-4 * abs(after):
                 break
             shorter = self._in_shorter_steps(box, theta, noise, trials)
-            shortest = all(np.array_equal(one.parts, other.parts) for one, other in zip(shorter, trials, strict=True))
-            if not shortest:
-                trials = shorter
-                before = Work(box, trials, priors).value(theta, noise)
+            if all(np.array_equal(one.parts, other.parts) for one, other in zip(shorter, trials, strict=True)):
+                break
+            trials, before = shorter, Work(box, shorter, priors).value(theta, noise)
         self._enough = self._enough or trials
         return trials
 

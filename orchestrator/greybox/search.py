@@ -54,7 +54,12 @@ class FittedSet:
     @property
     def loss(self) -> float:
         """Minus the log likelihood, with half the logarithm of the number of samples for each parameter (Schwarz 1978)."""
-        return self.counted * self.price - sum(run.log_likelihood for run in self.fit.runs)
+        return self.cost + self.counted * self.price
+
+    @cached_property
+    def cost(self) -> float:
+        """Minus the log likelihood."""
+        return -sum(run.log_likelihood for run in self.fit.runs)
 
     @cached_property
     def losses(self) -> np.ndarray:
@@ -195,8 +200,8 @@ class Search:
         They ended elsewhere, so the best of them begin at its values. False if there are none.
         """
         limits = self.setting.thresholds
-        most = float(chosen.losses.sum()) + limits.nats
-        behind = [s for s in self.sets if chosen.key < s.key and float(s.losses.sum()) > most][: limits.shortlist]
+        most = chosen.cost + limits.nats
+        behind = [s for s in self.sets if chosen.key < s.key and s.cost > most][: limits.shortlist]
         for one in behind:
             more = tuple(c for c in one.candidates if c.family not in chosen.key)
             self._fit_again((*chosen.candidates, *more), chosen)
@@ -381,14 +386,14 @@ class Search:
         """
         fresh = {key: each for each in sets if (key := key_of(each)) not in self.fitted}
         trying = counting(self.progress, "trying", len(fresh))
-        begun: list[FittedSet] = []
+        started: list[FittedSet] = []
         for size in sorted({len(each) for each in fresh.values()}):
             same = [each for each in fresh.values() if len(each) == size]
             for found in on_idle_threads(partial(self._begun_from_nearest, trying), same):
-                begun += found
+                started += found
                 self._keep(found)
-        end = partial(self._ended, counting(self.progress, "fitting", len(begun)), self.best)
-        for found in on_idle_threads(end, begun):
+        end = partial(self._ended, counting(self.progress, "fitting", len(started)), self.best)
+        for found in on_idle_threads(end, started):
             self._keep(found)
 
     def _keep(self, found: Sequence[FittedSet]) -> None:

@@ -159,8 +159,10 @@ def _fitted(
         law = guess.candidate.law
         progress(f"fitting {law.written or law.expression} at {guess.candidate.place.site}")
         beside = about.candidates
-        rough = begun(outcome.setting, (*beside, guess.candidate), about.fit.noise)
-        found += [FoundLaw(guess.terms, guess.candidate, one, beside) for one in rough if np.isfinite(one.loss)]
+        starts = begun(outcome.setting, (*beside, guess.candidate), about.fit.noise)
+        if rough := [each for each in starts if np.isfinite(each.loss)]:
+            likelier = min(rough, key=lambda each: each.loss)
+            found.append(FoundLaw(guess.terms, guess.candidate, likelier, beside))
     return found
 
 
