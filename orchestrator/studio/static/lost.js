@@ -8,9 +8,10 @@ const STUDIO_LOST = {
 const STUDIO_PATIENCE = 5;
 let studioTries = 0;
 
+// The socket tells, and not whether the page's own notice shows: that one waits for a first connection to break.
 async function studioAskServer() {
   const popup = document.getElementById("popup");
-  if (!popup || popup.ariaHidden !== "false") {
+  if (!popup || window.socket?.connected) {
     studioTries = 0;
     return;
   }
@@ -21,10 +22,13 @@ async function studioAskServer() {
   } catch {
     status = 0;
   }
-  if (popup.ariaHidden !== "false") return;
+  if (window.socket?.connected) return;
   if (status === 200) {
     if (studioTries >= STUDIO_PATIENCE) location.reload();
-  } else popup.textContent = status === 403 ? STUDIO_LOST.other : STUDIO_LOST.gone;
+    return;
+  }
+  popup.ariaHidden = "false";
+  popup.textContent = status === 403 ? STUDIO_LOST.other : STUDIO_LOST.gone;
 }
 
 setInterval(studioAskServer, 3000);
