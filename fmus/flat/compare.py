@@ -37,6 +37,7 @@ def compare(
     points: Sequence[Mapping[str, float]],
     dependents: Sequence[str],
     tolerance: float,
+    variables: Sequence[str] = (),
 ) -> Comparison:
     """Put values into the flat equations.
 
@@ -46,11 +47,13 @@ def compare(
         points: values of all scalars by name, of `der(name)` and of `time`.
         dependents: parameters in the points that follow from others, to be compared with their bindings.
         tolerance: allowed error, relative to the size of the terms of an equation.
+        variables: all that is no parameter; what one is bound to where it is declared is an equation.
     """
     model, functions = read_flat(flat), Functions(sources)
     states = [_Point(model, functions, values) for values in points]
     checked, reasons = 0, list(model.skipped)
-    for equation, parameter in [*((e, None) for e in model.equations), *_bindings(model, dependents)]:
+    declared = [equation for equation, _ in _bindings(model, variables)]
+    for equation, parameter in [*((e, None) for e in (*model.equations, *declared)), *_bindings(model, dependents)]:
         count, errors = 0, []
         if parameter is None and states and states[0].defines(equation):
             continue
@@ -99,9 +102,7 @@ class _Point:
         self.known: dict[str, Number] = {}
         self.shapes = _shapes(values)
         # Boolean and Integer variables have no value in the points; their equations give it.
-        self.definitions = {
-            e.left[1]: e.right for e in model.equations if e.left[0] == "name" and not self._has_value(e.left[1])
-        }
+        self.definitions = self._definitions()
         self.largest = 0.0  # of the values looked up for the present equation
 
     def error(self, equation: FlatEquation) -> tuple[int, float]:
@@ -114,12 +115,36 @@ class _Point:
             size = self.evaluator.size(equation.left) + self.evaluator.size(equation.right)
             return _largest(left, right, size + ROUNDING * self.largest)
 
+    def _definitions(self) -> dict[str, Tree]:
+        """What names without a value equal; one that equals another such name follows it."""
+        found: dict[str, Tree] = {}
+        waiting: list[tuple[str, str]] = []
+        for equation in self.model.equations:
+            bare = [t[1] for t in (equation.left, equation.right) if t[0] == "name" and not self._has_value(t[1])]
+            if len(bare) == 2:
+                waiting.append((bare[0], bare[1]))
+            elif bare:
+                found[bare[0]] = equation.right if equation.left == ("name", bare[0]) else equation.left
+        while waiting:
+            known = {*found, *self.model.bindings}
+            ready = [pair for pair in waiting if (pair[0] in known) != (pair[1] in known)]
+            if not ready:
+                break
+            for one, other in ready:
+                if one in known:
+                    found[other] = ("name", one)
+                else:
+                    found[one] = ("name", other)
+            waiting = [pair for pair in waiting if pair not in ready]
+        return found
+
     def _has_value(self, name: str) -> bool:
         return name in self.values or name in self.shapes
 
     def defines(self, equation: FlatEquation) -> bool:
         """Whether an equation is what gives a variable its value here, so that it holds by itself."""
-        return equation.left[0] == "name" and equation.left[1] in self.definitions
+        pairs = ((equation.left, equation.right), (equation.right, equation.left))
+        return any(one[0] == "name" and self.definitions.get(one[1]) == other for one, other in pairs)
 
     def residual(self, equation: FlatEquation) -> tuple[np.ndarray | None, float]:
         """Left minus right side, row-major, and the size of the terms; None if it cannot be evaluated."""
@@ -144,7 +169,7 @@ class _Point:
         if name not in self.known:
             self.known[name] = self._find(name)
         value = self.known[name]
-        if not isinstance(value, str):
+        if not isinstance(value, str | dict):
             self.largest = max(self.largest, float(np.max(np.abs(value), initial=0.0)))
         return value
 
@@ -156,7 +181,7 @@ class _Point:
         if name not in self.model.bindings and name in self.definitions:
             return self.evaluator.value(self.definitions[name])
         if name not in self.model.bindings:
-            raise Unknown(f"the name {name}")
+            return self.functions.constant(name)
         value, sizes = self.evaluator.value(self.model.bindings[name]), self.model.sizes[name]
         return np.broadcast_to(value, sizes) if sizes and not np.ndim(value) else value
 

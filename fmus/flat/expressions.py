@@ -15,7 +15,8 @@ class Parser:
 
     Trees are `("number", x)`, `("name", "a.b", subscripts)`, `("call", name, arguments)`, `("array", items)`,
     `("for", body, iterators)`, `("if", condition, then, else)`, `("range", first, step, last)`, `("unary", op, a)`,
-    `("binary", op, a, b)`, `("index", base, subscripts)`, `("outputs", items)` and `("all",)` for a colon.
+    `("binary", op, a, b)`, `("index", base, subscripts)`, `("outputs", items)`, `("named", name, argument)` and `("all",)` for a
+    colon.
     """
 
     def __init__(self, tokens: list[Token]) -> None:
@@ -205,8 +206,9 @@ class Parser:
         arguments: list[Tree] = []
         while self.text != ")":
             if self.kind == "name" and self.tokens[self.at + 1].text == "=":
-                raise ModelicaError("flat text: named arguments are not read")
-            arguments.append(self.expression())
+                arguments.append(("named", self.step(), self.step() and self.expression()))
+            else:
+                arguments.append(self.expression())
             if self.accept("for"):
                 arguments = [("for", arguments[0], self.iterators())]
             self.accept(",")

@@ -1,17 +1,31 @@
 """Functions of the Modelica sources, run statement by statement."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fmus.errors import ModelicaError
-from fmus.flat.evaluate import BUILT_IN, Evaluator, Number, Unknown
+from fmus.flat.evaluate import Evaluator, Number, Unknown
 from fmus.flat.expressions import Parser, Tree
+from fmus.flat.external import external
+from fmus.flat.names import Names
+from fmus.frontend.lint.scope import View, base_of
 from fmus.frontend.lint.tokens import Token, tokens_of
+from fmus.frontend.lint.tree import ClassDef
 
 MOST_ROUNDS = 10_000  # of a while loop
+
+
+@dataclass(frozen=True)
+class Named:
+    """An argument that is given by its name."""
+
+    name: str
+    value: Number
 
 
 @dataclass(frozen=True)
@@ -26,10 +40,11 @@ class Variable:
 
 @dataclass(frozen=True)
 class Function:
-    """What a function declares, and its statements as trees."""
+    """What a function declares, and its statements as trees, or the C function behind it with its arguments."""
 
     variables: list[Variable]
     body: list[Tree]
+    external: tuple[str, list[Tree]] | None = None
 
     def named(self, role: str) -> list[Variable]:
         """The variables of a role, in order."""
@@ -37,53 +52,80 @@ class Function:
 
 
 class Functions:
-    """The functions of some source texts, by the last part of their names."""
+    """The functions and constants of some source texts."""
 
     def __init__(self, texts: Sequence[str]) -> None:
-        self._places: dict[str, list[tuple[list[Token], int]]] = {}
-        self._known: dict[str, Function] = {}
-        for text in texts:
-            if "function" not in text:
-                continue
-            tokens = tokens_of(text, "source")
-            for k, token in enumerate(tokens[:-1]):
-                ends = k > 0 and tokens[k - 1].text == "end"
-                if token.kind == "keyword" and token.text == "function" and not ends and tokens[k + 1].kind == "name":
-                    self._places.setdefault(tokens[k + 1].text, []).append((tokens, k + 1))
+        self._names = Names(texts)
+        self._known: dict[ClassDef, Function] = {}
+        self._constants: dict[str, Number] = {}
 
-    def run(self, name: str, arguments: Sequence[Number]) -> list[Number]:
+    def run(self, name: str, arguments: Sequence[Number], scope: View | None = None) -> list[Number]:
         """The outputs of a function.
+
+        Args:
+            name: of the function, in full without a scope.
+            arguments: values in the order of its inputs, or `Named` ones.
+            scope: the function that calls it.
 
         Raises:
             Unknown: if the function is not found, found twice, or uses what is not supported here.
         """
-        short = name.rsplit(".", 1)[-1]
-        places = self._places.get(short, [])
-        if len(places) != 1:
-            raise Unknown(f"the function {short}" + (f" ({len(places)} of that name)" if places else ""))
-        if (symbol := _built_in(*places[0])) in BUILT_IN:
-            return [BUILT_IN[symbol](*arguments)]
-        if short not in self._known:
-            try:
-                self._known[short] = _read(*places[0])
-            except (ModelicaError, IndexError) as error:
-                raise Unknown(f"the function {short}") from error
-        return self._execute(self._known[short], arguments)
+        view = self._names.function(name, scope)
+        return self._execute(self._function(view), arguments, view)
 
-    def _execute(self, function: Function, arguments: Sequence[Number]) -> list[Number]:
+    def constant(self, name: str, scope: View | None = None) -> Number:
+        """The value of a constant of a package, or the number of a literal of an enumeration.
+
+        Raises:
+            Unknown: if there is none of that name.
+        """
+        if scope is None and name in self._constants:
+            return self._constants[name]
+        found = self._names.constant(name, scope)
+        if isinstance(found, float):
+            return found
+        written = getattr(found.element, "value", None)
+        if written is None:
+            raise Unknown(f"the constant {name} without a value")
+        tree = Parser(tokens_of(written.text, name)).expression()
+        evaluator = Evaluator(
+            partial(self.constant, scope=found.home), lambda name, trees: self._call(name, trees, found.home, evaluator)
+        )
+        value = evaluator.value(tree)
+        if scope is None:
+            self._constants[name] = value
+        return value
+
+    def _function(self, view: View) -> Function:
+        definition = view.definition
+        if "replaceable" in definition.prefixes:
+            raise Unknown(f"the replaceable function {definition.name}")
+        if definition not in self._known:
+            if definition.short is not None:
+                base = base_of(view, definition.short)
+                if base is None or definition.short.modifiers:
+                    raise Unknown(f"the function {definition.name}")
+                self._known[definition] = self._function(base)
+                return self._known[definition]
+            try:
+                self._known[definition] = _read(tokens_of(self._names.text_of(definition), "source"))
+            except (ModelicaError, IndexError) as error:
+                raise Unknown(f"the function {definition.name}") from error
+        return self._known[definition]
+
+    def _call(self, name: str, trees: list[Tree], scope: View, evaluator: Evaluator) -> Number:
+        return self.run(name, _arguments(trees, evaluator), scope)[0]
+
+    def _execute(self, function: Function, arguments: Sequence[Number], scope: View) -> list[Number]:
         values: dict[str, Number] = {}
 
         def lookup(name: str) -> Number:
-            if name not in values:
-                raise Unknown(f"the name {name} in a function")
-            return values[name]
+            return values[name] if name in values else self.constant(name, scope)
 
-        def call(name: str, trees: list[Tree]) -> Number:
-            return self.run(name, [evaluator.value(tree) for tree in trees])[0]
-
-        evaluator = Evaluator(lookup, call)
+        evaluator = Evaluator(lookup, lambda name, trees: self._call(name, trees, scope, evaluator))
         inputs = function.named("input")
-        values.update({v.name: a for v, a in zip(inputs, arguments, strict=False)})
+        values.update({v.name: a for v, a in zip(inputs, arguments, strict=False) if not isinstance(a, Named)})
+        values.update({a.name: a.value for a in arguments if isinstance(a, Named)})
         for variable in function.variables:
             if variable.name in values:
                 continue
@@ -93,33 +135,53 @@ class Functions:
                 raise Unknown(f"the input {variable.name} without a value")
             elif variable.sizes and ("all",) not in variable.sizes:
                 values[variable.name] = np.zeros([int(evaluator.value(size)) for size in variable.sizes])
-        self._run(function.body, evaluator, values)
+        if function.external is not None:
+            symbol, trees = function.external
+            return [external(symbol, [evaluator.value(tree) for tree in trees], values)]
+        with suppress(_Return):
+            self._run(function.body, evaluator, values, scope)
         return [lookup(v.name) for v in function.named("output")]
 
-    def _run(self, statements: list[Tree], evaluator: Evaluator, values: dict[str, Number]) -> None:
+    def _run(self, statements: list[Tree], evaluator: Evaluator, values: dict[str, Number], scope: View) -> None:
         for statement in statements:
             kind = statement[0]
             if kind == "assign":
                 _assign(statement[1], evaluator.value(statement[2]), evaluator, values)
             elif kind == "assign_outputs":
                 call = statement[2]
-                outputs = self.run(call[1], [evaluator.value(tree) for tree in call[2]])
+                outputs = self.run(call[1], _arguments(call[2], evaluator), scope)
                 for target, output in zip(statement[1], outputs, strict=False):
                     _assign(target, output, evaluator, values)
             elif kind == "branches":
                 for condition, body in statement[1]:
                     if bool(evaluator.value(condition)):
-                        self._run(body, evaluator, values)
+                        self._run(body, evaluator, values, scope)
                         break
             elif kind == "loop":
-                for value in np.ravel(evaluator.value(statement[2])):
-                    values[statement[1]] = value
-                    self._run(statement[3], evaluator, values)
+                with suppress(_Break):
+                    for value in np.ravel(evaluator.value(statement[2])):
+                        values[statement[1]] = value
+                        self._run(statement[3], evaluator, values, scope)
             elif kind == "while":
-                for _ in range(MOST_ROUNDS):
-                    if not bool(evaluator.value(statement[1])):
-                        break
-                    self._run(statement[2], evaluator, values)
+                with suppress(_Break):
+                    for _ in range(MOST_ROUNDS):
+                        if not bool(evaluator.value(statement[1])):
+                            break
+                        self._run(statement[2], evaluator, values, scope)
+            else:
+                raise _Return if kind == "return" else _Break
+
+
+class _Return(Exception):
+    """The rest of a function is left out."""
+
+
+class _Break(Exception):
+    """The rest of a loop is left out."""
+
+
+def _arguments(trees: Sequence[Tree], evaluator: Evaluator) -> list[Number]:
+    return [Named(tree[1], evaluator.value(tree[2])) if tree[0] == "named" else evaluator.value(tree) for tree in trees]
 
 
 def _assign(target: Tree, value: Number, evaluator: Evaluator, values: dict[str, Number]) -> None:
@@ -132,19 +194,22 @@ def _assign(target: Tree, value: Number, evaluator: Evaluator, values: dict[str,
         raise Unknown("an assignment")
 
 
-def _read(tokens: list[Token], at: int) -> Function:
-    """Read a function whose name stands at a position."""
+def _read(tokens: list[Token]) -> Function:
+    """Read a function from its name on."""
     parser = Parser(tokens)
-    parser.at = at
     name = parser.step()
     _skip_text(parser)
     variables: list[Variable] = []
     body: list[Tree] = []
+    behind: tuple[str, list[Tree]] | None = None
     while not (parser.text == "end" and tokens[parser.at + 1].text == name):
         if parser.accept("public", "protected"):
             continue
         if parser.accept("algorithm"):
             body = _statements(parser)
+            continue
+        if parser.accept("external"):
+            behind = _external(parser)
             continue
         if parser.text == "annotation":
             _skip_text(parser)
@@ -156,7 +221,21 @@ def _read(tokens: list[Token], at: int) -> Function:
             parser.expect(";")
             continue
         variables.extend(_variables(parser))
-    return Function(variables, body)
+    return Function(variables, body, behind)
+
+
+def _external(parser: Parser) -> tuple[str, list[Tree]]:
+    """`"C" y = symbol(x)`."""
+    if parser.kind == "string":
+        parser.step()
+    tree = parser.expression()
+    if parser.accept("="):
+        tree = parser.expression()
+    if tree[0] != "call":
+        raise ModelicaError("an external function without its call")
+    _skip_text(parser)
+    parser.expect(";")
+    return tree[1], tree[2]
 
 
 def _variables(parser: Parser) -> list[Variable]:
@@ -186,7 +265,9 @@ def _variables(parser: Parser) -> list[Variable]:
 def _statements(parser: Parser) -> list[Tree]:
     found: list[Any] = []
     while parser.text not in ("end", "else", "elseif", "annotation", "public", "protected"):
-        if parser.accept("if"):
+        if parser.text in ("return", "break"):
+            found.append((parser.step(),))
+        elif parser.accept("if"):
             found.append(("branches", _branches(parser)))
         elif parser.accept("for"):
             [(name, values)] = parser.iterators()
@@ -240,10 +321,6 @@ def _skip_text(parser: Parser) -> None:
         _skip_parentheses(parser)
 
 
-# What follows the name in a declaration begins with one of these.
-_BEHIND_A_NAME = ';(=:"'
-
-
 def _skip_parentheses(parser: Parser) -> None:
     depth = 0
     while True:
@@ -252,20 +329,3 @@ def _skip_parentheses(parser: Parser) -> None:
         parser.step()
         if depth == 0:
             return
-
-
-def _built_in(tokens: list[Token], at: int) -> str:
-    """What a function is another name of, such as sin for `external "builtin" y = sin(u);`; empty for a function of its own, or one
-    whose inputs are handed on in another order."""
-    inputs: list[str] = []
-    for k in range(at, len(tokens) - 2):
-        if tokens[k].text == "end" and tokens[k + 1].text == tokens[at].text:
-            return ""
-        if tokens[k].text == "input":
-            behind = (j for j in range(k, len(tokens)) if tokens[j].text[0] in _BEHIND_A_NAME)
-            inputs.append(tokens[next(behind) - 1].text)
-        if tokens[k].text == "external":
-            opening, closing = (next(j for j in range(k, len(tokens)) if tokens[j].text == sign) for sign in "()")
-            same = [token.text for token in tokens[opening + 1 : closing : 2]] == inputs
-            return tokens[opening - 1].text if tokens[k + 1].text == '"builtin"' and same else ""
-    return ""

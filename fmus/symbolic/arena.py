@@ -13,6 +13,9 @@ QUOTIENT_GAP = 6
 
 Node = tuple[str, Any]
 
+# Of the constructors of the Standard Library's tables.
+TABLE_ARGUMENT = 2
+
 
 class Arena:
     """The DAE of one model; expressions are addressed by their position in one list of nodes.
@@ -31,6 +34,7 @@ class Arena:
         self.variables: list[dict[str, Any]] = self.storage["variables"]
         self.functions: list[dict[str, Any]] = self.storage["functions"]
         self.tables: list[dict[str, Any]] = dae.get("external_tables") or []
+        self._flat: Mapping[str, Any] = (dae.get("flat") or {}).get("variables") or {}
         self._files = {entry[0]: (entry[1], entry[2]) for entry in dae["source_map"]["files"]}
         self._nodes: list[Node] = []
         self._operands: dict[int, list[Any]] = {}
@@ -100,6 +104,15 @@ class Arena:
                 if tag == "literal" and "integer" in body:
                     found.setdefault(body["integer"], []).append(variable["name"])
         return found
+
+    def table_source(self, handle: str) -> str:
+        """Name of the parameter that holds the rows of a table, empty where it is none; blocks call theirs `table`."""
+        call = (self._flat.get(handle) or {}).get("binding") or {}
+        arguments = call.get("FunctionCall", {}).get("args") or []
+        if len(arguments) <= TABLE_ARGUMENT:
+            return handle.removesuffix("tableID") + "table"
+        written = arguments[TABLE_ARGUMENT].get("VarRef")
+        return str(written["name"]["name"]) if written and not written["subscripts"] else ""
 
     def value_type(self, index: int) -> dict[str, Any]:
         """Return the scalar kind and the dimensions of a variable's or function value's type."""

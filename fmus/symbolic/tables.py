@@ -56,12 +56,11 @@ def call(arena: Arena, symbol: str, arguments: Sequence[Value], parameter: Calla
     """
     handle = int(number(arguments[0]))
     name = next(iter(arena.table_names.get(handle, ())), "a table")
-    numbers = {
-        v["name"]: k for k, v in enumerate(arena.variables) if v["name"].startswith(name.removesuffix("tableID"))
-    }
+    numbers = {v["name"]: k for k, v in enumerate(arena.variables)}
 
     def look(last: str) -> Value | None:
-        index = numbers.get(name.removesuffix("tableID") + last)
+        wanted = arena.table_source(name) if last == "table" else name.removesuffix("tableID") + last
+        index = numbers.get(wanted)
         return None if index is None else parameter(index)
 
     table = _table(arena, handle, name, look)

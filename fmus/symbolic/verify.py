@@ -59,7 +59,8 @@ def verify(
         return ("the translation was not checked: at no random point do its equations have a finite solution",)
     files = {entry[0]: (str(entry[1]), str(entry[2])) for entry in dae["source_map"]["files"]}
     sources = [text for _, text in files.values()]
-    result = compare(flat, sources, points, [v.name for v in system.dependents], TOLERANCE)
+    variables = (*system.states, *system.algebraics)
+    result = compare(flat, sources, points, [v.name for v in system.dependents], TOLERANCE, [v.name for v in variables])
     if result.failure is not None:
         raise TranslationError(
             f"{_place(result.failure, files)} does not hold in the translation (relative error "

@@ -78,3 +78,15 @@ def test_smooth_tables_are_refused_with_the_rewrite() -> None:
         ModelicaError, match=r"^a\.tableID: smooth tables are not supported; take Smoothness\.LinearSegments$"
     ):
         call(arena(1, 2), "ModelicaStandardTables_CombiTable1D_getValue", [1, 1, 0.0], parameter(0.0))  # type: ignore[arg-type]
+
+
+def test_the_rows_of_a_table_are_the_parameter_that_its_block_hands_over() -> None:
+    """A clutch calls its table mu_pos; one that follows from an expression is what it was when the model was built."""
+    model, cells = arena(1), np.empty((4, 2), dtype=object)
+    cells[:] = np.array(ROWS) * [1, 2]
+    model.variables.append({"name": "a.mu_pos", "attributes": {}})
+    parameter = {"VarRef": {"name": {"name": "a.mu_pos"}, "subscripts": []}}
+    for rows, value in ((parameter, 1.6), ({"Binary": {"op": "Mul"}}, 0.8)):
+        model._flat = {"a.tableID": {"binding": {"FunctionCall": {"args": [None, None, rows]}}}}
+        found = call(model, "ModelicaStandardTables_CombiTable1D_getValue", [1, 1, 0.4], {5: cells}.__getitem__)
+        assert float(found) == pytest.approx(value)
