@@ -220,7 +220,7 @@ class Pilot:
             asked = _plain(self.controller.torque(observed))
             self._take_over(self.controller, self._turn(), now_ns)  # it may just have begun again
             return asked
-        except Exception as error:  # a user's own class may raise anything
+        except BaseException as error:  # a user's own class may raise anything, and end the process as well
             self.controller_error = f"{type(error).__name__}: {error}"
             return (math.nan,) * len(self.limits.joints)
 

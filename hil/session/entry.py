@@ -21,6 +21,7 @@ from hil.control.timing import RealTimer
 from hil.recording.recorder import Recorder
 from hil.robots.absent import refusals, unchecked, warning
 from hil.robots.base import Robot
+from hil.safety.rules import module_agrees
 from hil.session.heartbeat import Heartbeat
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of
@@ -107,7 +108,7 @@ class Opened:
             if armed is None and pilot.is_armed:
                 armed = now
             if armed is None and now - began > MOMENT_S * 1e9 and not said:
-                operator.tell(said := f"waiting to arm: {pilot.refused or _NOT_ACTIVE}")
+                operator.tell(said := f"waiting to arm: {self.refusal}")
             over = now - began > PATIENCE_S * 1e9 if armed is None else now - armed > seconds * 1e9
             # A watchdog that is gone, or has let the arm go, does not come back.
             over |= armed is None and heartbeat is not None and not heartbeat.is_watched
@@ -121,6 +122,14 @@ class Opened:
 
         return wishes
 
+    @property
+    def refusal(self) -> str:
+        """Why the arm is not armed; what its module has against that is cleared on the pendant."""
+        refused = self.pilot.refused
+        if refused is None or refused.rule != module_agrees.__name__:
+            return str(refused or _NOT_ACTIVE)
+        return f"{refused}; {_NOT_ACTIVE}"
+
     def result(self, refused: list[str]) -> dict[str, Any]:
         """What the session came to, as `hil hold --json` says it.
 
@@ -130,7 +139,7 @@ class Opened:
         summary, pilot = self.loop.summary, self.pilot
         if self.armed and not pilot.is_armed:
             said = f" ({pilot.controller_error})" if pilot.controller_error else ""
-            summary.faults.append(f"the arm could not be armed: {pilot.refused or _NOT_ACTIVE}{said}")
+            summary.faults.append(f"the arm could not be armed: {self.refusal}{said}")
         return {
             **nothing(self.settings),
             "cycles": summary.cycles,

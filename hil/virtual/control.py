@@ -23,6 +23,8 @@ class Control:
 
     def __init__(self, robot: RealTime, faults: Faults) -> None:
         self.robot, self.faults = robot, faults
+        # What was changed, and its value before.
+        self._before: list[tuple[object, str, object]] = []
 
     def follow(self, words: list[str], time_ns: int) -> bool:
         """Do what is said.
@@ -31,7 +33,8 @@ class Control:
         press BUTTON: estop, activate, idle or none on the pendant.
         lose|late|double|corrupt|freeze [N]: the next N position answers (all without a number) do not come, come 3 ms
         late, twice, with a bit flipped, or repeat the first one. silence N: node N answers no longer. fail N: drive N
-        has a fault. drift NEWTON, saturate: of the force sensor. warn: the safety module warns. heal: all faults end.
+        has a fault. drift NEWTON, saturate: of the force sensor. warn: the safety module warns. heal: all of that ends,
+        but not a drive's fault.
         """
         verb, rest = (words[0], words[1:]) if words else ("", [])
         try:
@@ -49,7 +52,7 @@ class Control:
     def _node(self, verb: str, rest: list[str], time_ns: int) -> bool:
         robot = self.robot
         if verb == "silence":
-            next(node for node in robot.nodes if node.number == int(rest[0])).powered = False
+            self._change(next(node for node in robot.nodes if node.number == int(rest[0])), "powered", False)
         elif verb == "fail":
             return robot.fail(int(rest[0]), time_ns)
         elif not isinstance(robot, VirtualRobot):
@@ -57,18 +60,24 @@ class Control:
         elif verb == "press":
             robot.safety.press(Button[rest[0].upper()], time_ns)
         elif verb == "drift":
-            robot.sensor.zero = robot.sensor.zero + float(rest[0])
+            self._change(robot.sensor, "zero", robot.sensor.zero + float(rest[0]))
         elif verb == "saturate":
-            robot.sensor.zero = robot.sensor.zero + 1e4
+            self._change(robot.sensor, "zero", robot.sensor.zero + 1e4)
         elif verb == "warn":
-            robot.safety.levels["voltage"] = Level.WARNING
+            self._change(robot.safety, "levels", {**robot.safety.levels, "voltage": Level.WARNING})
         else:
             return False
         return True
 
+    def _change(self, thing: object, name: str, value: object) -> None:
+        self._before.append((thing, name, getattr(thing, name)))
+        setattr(thing, name, value)
+
     def _frames(self, verb: str, rest: list[str]) -> bool:
         if verb == "heal":
             self.faults.towards_host.clear()
+            while self._before:
+                setattr(*self._before.pop())
             return True
         count = int(rest[0]) if rest else None
         self.faults.towards_host.append(_limited(_CHANGES[verb](), count))

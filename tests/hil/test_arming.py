@@ -145,6 +145,10 @@ def test_an_arm_that_only_the_pendant_keeps_from_being_armed_is_not_said_to_be_r
             Trip("watched", Reaction.RELEASE, "the watchdog has fallen silent"),
             "watched: the watchdog has fallen silent",
         ),
+        (
+            Trip("module_agrees", Reaction.RELEASE, "the safety module found a limit passed"),
+            "module_agrees: the safety module found a limit passed; press Activate on the pendant",
+        ),
     ],
 )
 def test_what_an_arm_waits_for_is_said_once_and_a_watchdog_that_is_gone_is_not_waited_for(

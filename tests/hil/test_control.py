@@ -60,6 +60,17 @@ def test_a_number_of_faults_ends_by_itself_and_heal_ends_all() -> None:
     assert told.faults.to_host(ANSWER) == [ANSWER]
 
 
+def test_heal_ends_what_was_done_to_nodes_as_well() -> None:
+    told = control()
+    assert isinstance(robot := told.robot, VirtualRobot)
+    zero, levels = robot.sensor.zero.copy(), dict(robot.safety.levels)
+    for words in ("silence 8", "drift 3", "saturate", "warn"):
+        assert told.follow(words.split(), 0)
+    assert not robot.sensor.powered and robot.safety.levels != levels
+    assert told.follow(["heal"], 0)
+    assert robot.sensor.powered and robot.safety.levels == levels and np.array_equal(robot.sensor.zero, zero)
+
+
 def test_a_frozen_encoder_repeats_what_it_said_first() -> None:
     told = control()
     told.follow(["freeze"], 0)

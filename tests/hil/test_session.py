@@ -232,13 +232,15 @@ def test_a_controller_of_ones_own_that_fails_leaves_no_torque() -> None:
     assert unpack_torques(bench.torque_frames()[-1].frame.data) == (0, 0, 0, 0)
 
 
-@pytest.mark.parametrize("answer", [ValueError("no idea"), np.zeros(2), "none", np.full(3, -np.inf)])
+@pytest.mark.parametrize(
+    "answer", [ValueError("no idea"), SystemExit("no idea"), np.zeros(2), "none", np.full(3, -np.inf)]
+)
 def test_a_controller_that_raises_or_answers_nonsense_stops_the_arm(answer: object) -> None:
     class Broken(Passive):
         def torque(self, observed):  # type: ignore[no-untyped-def]
             if observed.seconds < 0.5:
-                return np.zeros(3)
-            if isinstance(answer, Exception):
+                return np.array([0.0, 0.0, 1.0])
+            if isinstance(answer, BaseException):
                 raise answer
             return answer
 
@@ -247,7 +249,8 @@ def test_a_controller_that_raises_or_answers_nonsense_stops_the_arm(answer: obje
     assert summary.cycles < 1000
     assert len(summary.faults) == 1
     assert summary.faults[0].startswith("finite_command")
-    assert "no idea" in summary.faults[0] or not isinstance(answer, Exception)
+    assert "no idea" in summary.faults[0] or not isinstance(answer, BaseException)
+    assert unpack_torques(bench.torque_frames()[-1].frame.data) == (0, 0, 0, 0)
 
 
 def test_torques_of_somebody_else_end_the_session_at_once() -> None:
