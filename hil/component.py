@@ -69,6 +69,7 @@ class RobotComponent(Component):
         self._document: dict[str, Any] | None = None
         self._abort = threading.Event()
         self._values: dict[str, float] = dict.fromkeys(self.feedthrough, 0.0)
+        self._is_ready = False
 
     def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
         """Start the robot up and ask whether it may be armed; its torques stay off."""
@@ -94,7 +95,7 @@ class RobotComponent(Component):
         self._thread = threading.Thread(target=self._cycle, args=(opened,), daemon=True)
         self._thread.start()
         deadline = clock.monotonic() + PATIENCE_S
-        while not opened.pilot.is_ready:
+        while not self._is_ready:
             if self._ended.is_set() or clock.monotonic() > deadline:
                 faults = opened.loop.summary.faults
                 said = self._failure or (faults[0] if faults else opened.pilot.refused)
@@ -175,6 +176,7 @@ class RobotComponent(Component):
         values |= {f"f{axis}": part for axis, part in zip("xyz", seen.f, strict=True)}
         values["reaction"] = int(decision.outcome.reaction)
         self._values = values  # all at once: the run reads from another thread
+        self._is_ready = pilot.is_ready  # and not before it can be read where the arm is
 
 
 def _new_folder() -> Path:

@@ -265,8 +265,8 @@ def _pressed(
         acts = (speed - begun) * way > EFFECT or (position - start) * way > RESTING * limits.effect_s
         goes_on = abs(torque) - held > joint.breakaway and not acts
         times.append(state.pressed[k] + passed_ns if goes_on else 0)
-        speeds.append(begun if goes_on else speed)
-        positions.append(start if goes_on else position)
+        speeds.append(begun)
+        positions.append(start)
     return tuple(times), tuple(speeds), tuple(positions)
 
 

@@ -41,9 +41,9 @@ def follow(limits: Limits, state: State, time_ns: int, found: Positions, doubted
             missing.append(before.missing[k] + passed_ns)
             still.append(0)
             halted.append(0.0)
-            is_jump = measured is not None and is_finite(measured)
-            jumps.append((before.jumps[k] + 1 if before.jumps else 1) if is_jump else 0)
-            jumped.append(measured - last if measured is not None and is_jump else 0.0)
+            jump = measured - last if measured is not None and is_finite(measured) else None
+            jumps.append(0 if jump is None else before.jumps[k] + 1)
+            jumped.append(0.0 if jump is None else jump)
             continue
         filtered = limits.bandwidth * seconds
         rate = (measured - last) / waited if seconds > 0 else 0.0

@@ -11,7 +11,7 @@ from hil.cia402 import objects
 from hil.cia402.frames import EMERGENCY_HEAT, EMERGENCY_WATCHDOG, OFF, PERMILLE, SYNC, emergency_of, state_of
 from hil.cia402.objects import object_dictionary
 from hil.codecs.frame import Frame, Timed
-from hil.virtual.plant import Plant, Shown
+from hil.virtual.plant import Plant, encoder_angles
 from hil.virtual.robot import LONGEST_STEP_S, MOST_BEHIND_S, RealTime
 
 # Answers are on the bus after so long, one after the other.
@@ -210,7 +210,7 @@ class VirtualDrives(RealTime):
         return bool(failing)
 
     def _turn(self) -> None:
-        angles = self.plant.shown() if isinstance(self.plant, Shown) else self.plant.angles
+        angles = encoder_angles(self.plant)
         for drive, angle in zip(self.drives, (self.gear * angles).tolist(), strict=True):
             drive.angle = angle
 

@@ -1,6 +1,6 @@
 """What the motors of a virtual robot move."""
 
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 
@@ -17,13 +17,10 @@ class Plant(Protocol):
         ...
 
 
-@runtime_checkable
-class Shown(Protocol):
-    """A plant whose encoders show something else than its angles."""
-
-    def shown(self) -> np.ndarray:
-        """Angles in rad as the encoders show them."""
-        ...
+def encoder_angles(plant: Plant) -> np.ndarray:
+    """Angles in rad as the encoders of a plant show them: what its method `shown` says, if it has one."""
+    shown = getattr(plant, "shown", None)
+    return plant.angles if shown is None else np.asarray(shown())
 
 
 class FreeJoints:

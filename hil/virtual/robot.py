@@ -16,7 +16,7 @@ from hil.errors import FrameError
 from hil.robots import proficio
 from hil.virtual.motor import Motor
 from hil.virtual.node import ANSWER_NS, VERSION, Node
-from hil.virtual.plant import Plant, Shown
+from hil.virtual.plant import Plant, encoder_angles
 from hil.virtual.safety_module import HEARTBEAT_NS, SafetyModule
 
 # N that it can say.
@@ -144,9 +144,9 @@ class VirtualRobot(RealTime):
         if self.time_ns is None:
             self.time_ns = time_ns
         left = min((time_ns - self.time_ns) * 1e-9, MOST_BEHIND_S)
+        torques = proficio.joint_torques(np.array([motor.torque for motor in self.motors]))
         while left > 1e-12:
             step = min(left, LONGEST_STEP_S)
-            torques = proficio.joint_torques(np.array([motor.torque for motor in self.motors]))
             self.plant.step(torques, step)
             left -= step
         self.time_ns = max(self.time_ns, time_ns)
@@ -154,7 +154,7 @@ class VirtualRobot(RealTime):
         self.safety.watch(max(map(abs, self.plant.speeds.tolist())) * 0.65, time_ns)
 
     def _show(self) -> None:
-        angles = self.plant.shown() if isinstance(self.plant, Shown) else self.plant.angles
+        angles = encoder_angles(self.plant)
         for motor, angle in zip(self.motors, proficio.motor_angles(angles).tolist(), strict=True):
             motor.angle = angle
         self.sensor.force = self.plant.force

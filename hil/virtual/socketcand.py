@@ -115,8 +115,8 @@ class SocketcandServer:
         try:
             for command in client.commands():
                 self._follow(client, command, self.robot.arrival(time.monotonic_ns()))
-                # A host waits for answers, and nobody for the plant.
-                self._send_due()
+            # A host waits for the last answer to all that it asked, and nobody for the plant.
+            self._send_due()
             client.send()
         except (ConnectionError, OSError):
             self._selector.unregister(client.connection)

@@ -4,6 +4,7 @@ import ast
 import json
 import re
 import tempfile
+import time
 from collections.abc import Callable
 from functools import wraps
 from io import StringIO
@@ -19,6 +20,7 @@ from rich.progress import Progress
 from fmus.errors import ComponentError, MisfitError
 from hil.component import RobotComponent, open_robot
 from hil.control.controllers import Asked, Observed
+from hil.control.pilot import Decision, Pilot
 from hil.record import replaced
 from hil.session.loop import Summary, Wishes
 from hil.session.recorded import replay_session
@@ -57,6 +59,25 @@ def again_where_the_machine_stalled(test: Callable[..., None]) -> Callable[..., 
 
 def robot(**options: object):  # type: ignore[no-untyped-def]
     return open_robot(ComponentSpec("robot", "robot", isolate=False, options={"rate_hz": 100.0, **options}), Path())
+
+
+@again_where_the_machine_stalled
+def test_a_run_begins_where_the_arm_is_even_if_its_session_is_slow_to_tell(monkeypatch: pytest.MonkeyPatch) -> None:
+    tell, component = RobotComponent._watch, robot(virtual=True)
+
+    def slowly(self: RobotComponent, pilot: Pilot, decision: Decision) -> None:
+        if pilot.is_armed:
+            if decision.observed.seconds < 0:  # the cycle that arms it
+                time.sleep(0.05)
+            tell(self, pilot, decision)
+
+    monkeypatch.setattr(RobotComponent, "_watch", slowly)
+    component.initialise(0.0, None, None)
+    try:
+        component.start()
+        assert component.get(["q3"]) == pytest.approx([2.84], abs=0.05)
+    finally:
+        component.terminate()
 
 
 @again_where_the_machine_stalled

@@ -15,7 +15,7 @@ from hil.record import replaced
 from hil.safety.core import begin, step
 from hil.safety.cycle import Module, Motion, Reaction, Seen
 from hil.safety.limiters import LIMITERS, braking_only, inwards_only, pinch_torque, torque_rate
-from hil.safety.limits import JointLimits, Limits, Zone, lowered
+from hil.safety.limits import MIN_RAMP_S, JointLimits, Limits, Zone, lowered
 from hil.safety.motion import follow
 from hil.safety.rules import RULES
 from tests.hil.cycles import FIRST, JOINT, LIMITS, PERIOD, PERIOD_S, SECOND, Arm
@@ -358,8 +358,9 @@ def test_a_motion_that_is_known_already_decides_as_one_that_is_found_anew() -> N
 
 
 def test_lowered_limits_are_a_share_of_torques_rates_speeds_power_and_energy_and_the_rest_stays() -> None:
-    less = lowered(LIMITS, 0.25)
-    for joint, usual in zip(less.joints, LIMITS.joints, strict=True):
+    limits = replace(LIMITS, joints=(replace(FIRST, speed=2.0), SECOND))
+    less = lowered(limits, 0.25)
+    for joint, usual in zip(less.joints, limits.joints, strict=True):
         lowered_parts = {name: 0.25 * getattr(usual, name) for name in ("torque", "torque_rate", "speed")}
         assert joint == replace(usual, **lowered_parts)
     assert less == replace(LIMITS, joints=less.joints, power=0.25 * LIMITS.power, energy=0.25 * LIMITS.energy)
@@ -418,6 +419,62 @@ def test_a_force_explains_motion_if_it_is_more_than_the_noise_of_its_sensor(newt
         arm.cycle(positions=(0.7 * k * PERIOD_S, 0.0), asked=(-1.0, 0.0), force=(newton, 0.0, 1e-6 * (k % 2)))
     stopped = arm.state.stopped
     assert (None if stopped is None else stopped.rule) == rule
+
+
+@pytest.mark.parametrize(
+    ("torque", "newton", "calm"),
+    [(0.06, 0.0, 0.3), (0.05, 0.0, 0.01), (0.04, 0.0, 0.01), (-0.06, 0.0, 0.01), (0.0, 0.63, 0.3), (0.0, 0.625, 0.01)],
+)
+def test_a_speed_is_calm_that_something_pushes_along_and_else_follows_a_slow_drift(
+    torque: float, newton: float, calm: float
+) -> None:
+    # Ten times 0.5 rad/s in a second are 0.01 rad/s in 2 ms.
+    arm = Arm(replace(LIMITS, unexplained=0.5)).armed()
+    state = replaced(arm.state, active=(torque, 0.0), calm_speed=(0.0, 0.0))
+    motion = replaced(state.motion, seconds=PERIOD_S, speeds=(0.3, 0.0))
+    after, _ = step(arm.limits, state, arm.calm(force=(newton, 0.0, 0.0)), motion=motion)
+    assert after.calm_speed == pytest.approx((calm, 0.0))
+
+
+def test_a_joint_that_trembles_under_its_torque_has_not_followed_it() -> None:
+    arm = Arm(replace(LIMITS, effect_s=0.03)).armed()
+    pressed = []
+    for k in range(12):  # a step of 0.38 mrad is 0.05 rad/s behind the low pass
+        arm.cycle(positions=(3.8e-4 * (k > 5) + 1e-6 * (k % 2), 0.0), asked=(4.0, 0.0))
+        pressed.append(arm.state.pressed[0])
+    assert pressed[2:] == [pressed[1] + PERIOD * k for k in range(1, 11)] and pressed[1] > 0
+
+
+def test_a_torque_has_to_move_a_joint_from_where_and_how_fast_it_was_when_it_began() -> None:
+    # Gone is 0.02 rad/s for 30 ms; 3 N.m, which move the joint for certain, do not count.
+    arm = Arm(replace(LIMITS, effect_s=0.03)).armed()
+    for torque, pressed, speed, position, expected in (
+        (4.0, 0, 0.2, 0.1, (PERIOD, 0.2, 0.1)),
+        (4.0, PERIOD, 0.05, 5e-4, (2 * PERIOD, 0.0, 0.0)),
+        (4.0, PERIOD, 0.0, 7e-4, (0, 0.0, 0.0)),
+        (-4.0, PERIOD, 0.2, 7e-4, (2 * PERIOD, 0.0, 0.0)),
+        (3.0, PERIOD, 0.0, 0.0, (0, 0.0, 0.0)),
+    ):
+        before = {"pressed": (pressed, 0), "pressed_speed": (0.0, 0.0), "pressed_from": (0.0, 0.0)}
+        state = replaced(arm.state, active=(torque, 0.0), **before)
+        motion = replaced(state.motion, seconds=PERIOD_S, speeds=(speed, 0.0), positions=(position, 0.0))
+        after, _ = step(arm.limits, state, arm.calm(), motion=motion)
+        assert (after.pressed[0], after.pressed_speed[0], after.pressed_from[0]) == expected
+
+
+def test_late_cycles_are_counted_in_a_row_only() -> None:
+    arm, counts = Arm().armed(), []
+    for computing in (PERIOD, PERIOD, 0, PERIOD):
+        arm.cycle(computing_ns=computing)
+        counts.append(arm.state.late)
+    assert counts == [PERIOD, 2 * PERIOD, 0, PERIOD]
+
+
+def test_a_position_makes_up_for_a_quarter_of_a_missing_one() -> None:
+    arm = Arm().armed()
+    arm.state = replaced(arm.state, unsure=(10 * PERIOD, 0))
+    arm.cycle()
+    assert arm.state.unsure == (10 * PERIOD - PERIOD // 4, 0)
 
 
 @pytest.mark.parametrize(("rule", "drive", "reaction"), HAZARDS)
@@ -608,6 +665,9 @@ def test_repeated_forces_are_counted_and_forgotten() -> None:
         arm.cycle(force=force)
         counts.append(arm.state.force_still)
     assert counts == [0, PERIOD, 2 * PERIOD, 0, PERIOD, 0]
+    arm.cycle(force=(1.0, 0.0, 0.0))
+    arm.cycle(time_ns=arm.now, force=(1.0, 0.0, 0.0))
+    assert arm.state.force_still == 0  # in no time nothing stays the same
 
 
 @pytest.mark.parametrize(
@@ -816,6 +876,8 @@ def test_when_the_clock_stands_still_no_time_passes_and_speeds_stay() -> None:
     arm.cycle(time_ns=arm.now, positions=(arm.state.motion.positions[0] + 1e-3, 0.0))
     assert arm.state.motion.seconds == 0.0
     assert arm.state.motion.speeds == before
+    arm.cycle(time_ns=arm.now, positions=(None, 0.0))
+    assert arm.state.motion.missing == (1, 0)
 
 
 def test_equal_positions_and_missing_ones_are_counted_and_forgotten() -> None:
@@ -834,13 +896,13 @@ DOUBTED = {"positions": (0.0, 0.0), "doubted": (True, False)}
 CERTAIN = {"positions": (0.0, 0.0), "doubted": (False, False)}
 
 
-def doubts(*cycles: dict) -> tuple[Arm, list[tuple[int, ...]], list[int]]:
+def doubts(*cycles: dict) -> tuple[Arm, list[tuple[float, ...]], list[float]]:
     """What is owed (periods) after each of some cycles, and how long the first joint has been unknown."""
     arm, owed, unknown = Arm().armed(), [], []
     for seen in cycles:
         arm.cycle(**seen)
-        owed.append(tuple(time // PERIOD for time in arm.state.motion.owed))
-        unknown.append(arm.state.motion.unknown[0] // PERIOD)
+        owed.append(tuple(time / PERIOD for time in arm.state.motion.owed))
+        unknown.append(arm.state.motion.unknown[0] / PERIOD)
     return arm, owed, unknown
 
 
@@ -881,8 +943,9 @@ def test_the_furthest_believable_position_is_believed() -> None:
 
 
 def test_a_session_begins_at_rest() -> None:
-    motion = begin(LIMITS, 7, (0.1, 0.2)).motion
-    assert motion == Motion(0.0, (0.1, 0.2), (0.0, 0.0), *((0, 0),) * 3, *((0.0, 0.0),) * 2)
+    state = begin(LIMITS, 7, (0.1, 0.2))
+    assert state.pinched == state.pressed == state.unsure == state.disagreed == (0, 0)
+    assert state.motion == Motion(0.0, (0.1, 0.2), (0.0, 0.0), *((0, 0),) * 3, *((0.0, 0.0),) * 2)
 
 
 # --- limits
@@ -960,7 +1023,8 @@ def test_a_weak_joint_may_have_limits_far_below_one() -> None:
     assert weak.breakaway == weak.continuous == 0.01
 
 
-def test_an_arm_may_be_let_go_as_soon_as_it_gives_way() -> None:
+def test_an_arm_may_be_let_go_as_soon_as_it_gives_way_and_have_the_shortest_ramp() -> None:
+    assert Limits((JOINT,), ramp_s=MIN_RAMP_S).ramp_s == 0.05
     assert replace(LIMITS, missing_comply_s=0.029).missing_comply_s == LIMITS.missing_release_s
 
 

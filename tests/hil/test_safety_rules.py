@@ -41,6 +41,9 @@ def trip_of(rule: str, changes: dict[str, Any], limits: Limits = LIMITS) -> Trip
         ("positions_answered", {"m_missing": (5_000_000, 0)}, COMPLY),
         ("positions_answered", {"m_missing": (0, 28_999_999)}, COMPLY),
         ("positions_answered", {"m_missing": (0, 29_000_000)}, RELEASE),
+        # What is missing now and then counts for less than what is missing now.
+        ("positions_answered", {"s_unsure": (0, 28_999_999), "m_missing": (0, PERIOD)}, COMPLY),
+        ("positions_answered", {"s_unsure": (0, 29_000_000), "m_missing": (0, PERIOD)}, RELEASE),
         # breakaway is 3 N.m, frozen after 40 ms
         ("encoder_alive", {"s_active": (3.0, 0.0), "m_still": (10**9, 10**9)}, PASS),
         ("encoder_alive", {"s_active": (0.0, 3.1), "m_still": (10**9, 39_999_999)}, PASS),
@@ -171,6 +174,8 @@ def test_no_rule_trips_in_a_calm_cycle(rule: str) -> None:
             r"positions of joint 2 come too late or not at all again and again \(12 ms lately\)",
         ),
         ("positions_answered", {"m_missing": (4_000_000, 2_000_000)}, "no believable position of joint 1 for 4 ms"),
+        ("positions_answered", {"m_missing": (0, 225_000)}, r"no believable position of joint 2 for 0\.225 ms"),
+        ("positions_answered", {"m_missing": (0, 29_000_000), "s_unsure": (0, 40_000_000)}, "no believable position"),
         ("on_time", {"n_time_ns": 40_000_000}, "the session stood still: 40 ms between two cycles of 2 ms"),
         ("on_time", {"n_time_ns": -3_000_000}, "the clock moved by -3 ms between two cycles"),
         (
@@ -215,6 +220,7 @@ def test_no_rule_trips_in_a_calm_cycle(rule: str) -> None:
         ("force_bounded", {"n_sensor": False}, "there is no force sensor"),
         ("module_agrees", {"n_module": Module.ABSENT}, "there is no safety module"),
         ("watched", {"n_watched": False, "n_watchdog_silent": True}, "the watchdog has fallen silent"),
+        ("watched", {"n_watched": False}, "the watchdog has let the arm go, or is gone"),
         ("finite_command", {"n_asked": (0.0,)}, "1 and 2 torques for 2 joints"),
     ],
 )

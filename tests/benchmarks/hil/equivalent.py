@@ -1,9 +1,10 @@
 """Mutants that the tests cannot tell from the safety core, and why nobody could: part of what is printed of them, and a reason."""
 
 EQUIVALENT: dict[str, str] = {
-    "motion.py:41: 0.0 + 1": "the rate counts with the time that has passed, and here none has",
+    "motion.py:49: 0.0 + 1": "the rate counts with the time that has passed, and here none has",
     "`history` -> True": "what is kept of no changes of sign is none",
-    "`before.jumps` -> True": "only a motion that a test makes has none",
+    "`not before.owed and (not doubted)` -> False": "what nobody owes or doubts is owed by nobody",
+    "`motion is None` -> True": "a motion that is given is the one that is found anew",
     "Gt -> GtE in `torque > 0`": "a torque of zero is not beyond the breakaway, so its way is of no account",
     "Gt -> GtE in `(speed - begun) * way > EFFECT`": "they differ where a filtered speed is the limit to the last bit",
     "Gt -> GtE in `(position - start) * way": "they differ where a way is the limit to the last bit",

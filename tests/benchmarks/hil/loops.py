@@ -1,6 +1,9 @@
 """How late cycles begin and how long they take: a bare timer, and sessions with the virtual robot over 127.0.0.1."""
 
 import json
+import multiprocessing
+import select
+import socket
 import subprocess
 import sys
 import tempfile
@@ -10,10 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from hil.control.timing import RealTimer, real_time_priority
+from hil.control.timing import SPIN_NS, RealTimer, real_time_priority
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
+from hil.robots import proficio
 from hil.session.recorded import replay_session
+from hil.virtual.__main__ import PRIORITY
+from hil.virtual.node import ANSWER_NS
 from tests.benchmarks.hil.burners import burning
 
 
@@ -46,6 +52,42 @@ def bare_timer(rate_hz: float, seconds: float) -> Timing:
             late.append(now - due)
         missed = timer.missed
     return Timing(percentiles(late), (), 100 * missed / max(len(late), 1), 0, tuple(refused))
+
+
+def bare_answer(rate_hz: float, seconds: float) -> Timing:
+    """The same loop with a question in each cycle over TCP at 127.0.0.1, which another process of a robot's priority answers after the
+    time that the last position takes on the bus: what is left of a cycle if neither side computes anything."""
+    took: list[int] = []
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.create_connection(server.getsockname()) as ours:
+        theirs, _ = server.accept()
+        for end in (ours, theirs):
+            end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        robot = multiprocessing.get_context("fork").Process(target=_answer, args=(theirs,), daemon=True)
+        robot.start()
+        with burning(), real_time_priority() as refused:
+            timer = RealTimer(round(1e9 / rate_hz))
+            until = time.monotonic() + seconds
+            while time.monotonic() < until:
+                timer.wait()
+                began = time.monotonic_ns()
+                ours.send(b"?")
+                select.select([ours], [], [])
+                ours.recv(1)
+                took.append(time.monotonic_ns() - began)
+        robot.terminate()
+        robot.join()
+        theirs.close()
+    return Timing((), percentiles(took), 100 * timer.missed / len(took), 0, tuple(refused))
+
+
+def _answer(line: socket.socket) -> None:
+    with real_time_priority(PRIORITY):
+        while line.recv(1):
+            due = time.monotonic_ns() + proficio.JOINTS * ANSWER_NS
+            select.select([], [], [], (due - SPIN_NS - time.monotonic_ns()) * 1e-9)
+            while time.monotonic_ns() < due:
+                pass
+            line.send(b"!")
 
 
 def session(rate_hz: float, seconds: float) -> Timing:

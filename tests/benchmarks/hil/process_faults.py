@@ -33,8 +33,11 @@ from dataclasses import replace
 from pathlib import Path
 from hil.session.entry import Operator
 from hil.session.session import run_session
-from hil.settings import virtual_settings
-settings = replace(virtual_settings(rate_hz=float(sys.argv[2])), bus=json.loads(sys.argv[1]))
+from hil.settings import default_settings, virtual_settings
+settings = virtual_settings(rate_hz=float(sys.argv[2]))
+real = default_settings().limits  # a virtual robot's session bears more than a real one's
+limits = replace(settings.limits, stall_s=real.stall_s, late_comply_s=real.late_comply_s)
+settings = replace(settings, bus=json.loads(sys.argv[1]), limits=limits)
 document = run_session(settings, 600.0, Operator(lambda: True, lambda robot: True), Path(sys.argv[3]))
 print(json.dumps(document["faults"]))
 """

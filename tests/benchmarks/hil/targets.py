@@ -1,7 +1,7 @@
 """Timing of the bench: `python -m tests.benchmarks.hil.targets [--seconds S] [--trials N]`; about six minutes by default.
 
 Both cores are loaded by processes that count. Each loop is run three times, each time after a bare timer loop with the same
-clock and priority, so that what the machine itself does can be told from what the session does. Without permission for
+clock and priority and after one that asks a process that only answers, so that what the machine itself does can be told from what the session does. Without permission for
 real-time priority and locked memory the table says so. Exit code 1 if a target is missed.
 """
 
@@ -18,7 +18,7 @@ from hil.recording.records import Kind, pack_frame
 from hil.recording.ring import Ring
 from hil.safety.core import step
 from hil.safety.cycle import Reaction
-from tests.benchmarks.hil.loops import Timing, bare_timer, session
+from tests.benchmarks.hil.loops import Timing, bare_answer, bare_timer, session
 from tests.benchmarks.hil.reactions import ABORTS, abort_cycles, slow_controller, watchdog_reactions
 from tests.benchmarks.hil.recording import cost, exports
 from tests.benchmarks.hil.wires import Speed, bare_round_trip, conformance, silent_server_seconds, speed
@@ -27,7 +27,7 @@ from tests.hil.cycles import Arm
 
 RUNS = 3
 # us; missed in percent: what is aimed at on two loaded cores with real-time permission.
-LATE, CYCLE, MISSED = (60.0, 300.0), (350.0, 600.0), 1.0
+LATE, CYCLE, MISSED = (60.0, 300.0), (300.0, 600.0), 1.0
 missed_targets: list[str] = []
 
 
@@ -146,9 +146,11 @@ def _reactions(trials: int) -> None:
 
 def _loop(target: int, rate_hz: float, seconds: float) -> None:
     for run in range(1, RUNS + 1):
-        bare, held = bare_timer(rate_hz, min(seconds / 4, 10.0)), session(rate_hz, seconds)
+        short = min(seconds / 4, 10.0)
+        bare, answered, held = bare_timer(rate_hz, short), bare_answer(rate_hz, short), session(rate_hz, seconds)
         name = f"{rate_hz:g} Hz, run {run}"
         _say(f"     bare timer, {name}", bare)
+        _say(f"     bare answer, {name}", answered)
         if not held.lateness:
             _line(str(target), f"{name}: {held.replay}", False)
             continue
@@ -163,10 +165,10 @@ def _loop(target: int, rate_hz: float, seconds: float) -> None:
 
 
 def _say(words: str, timing: Timing) -> None:
-    late = " / ".join(f"{value:g}" for value in timing.lateness)
-    cycle = f", whole cycle {' / '.join(f'{value:g}' for value in timing.cycle)}" if timing.cycle else ""
+    figures = [("late by", timing.lateness), ("whole cycle", timing.cycle)]
+    said = ", ".join(f"{name} {' / '.join(f'{value:g}' for value in values)} us" for name, values in figures if values)
     without = f"; WITHOUT {' and '.join(timing.refused)}" if timing.refused else ""
-    print(f"{words}: late by {late} us (50 % / 99 % / 99.9 % / most){cycle}, {timing.missed:.2f} % missed{without}")
+    print(f"{words}: {said} (50 % / 99 % / 99.9 % / most), {timing.missed:.2f} % missed{without}")
 
 
 if __name__ == "__main__":
