@@ -10,6 +10,10 @@ from orchestrator.greybox.places import Place
 
 # Standard deviation of the logarithm of how sharp a corner is, about the law's grid: friction may well be seven times as sharp.
 SHARPNESS = 2.0
+# The same of any other size that is positive: a width, a time constant.
+FACTOR = 1.0
+# Such a size is no smaller than this share of the least that is tried first: a record cannot show a smaller one.
+FINEST = 0.1
 # A corner is no wider than this share of the record's scale: friction that grows over all speeds is viscous.
 BLUNTEST = 0.2
 
@@ -68,8 +72,8 @@ class Candidate:
             return parameter.prior or math.inf
         if parameter.kind.startswith("centre"):
             return self.place.range[1]
-        if parameter.smooths:
-            return SHARPNESS
+        if parameter.by_log:
+            return SHARPNESS if parameter.smooths else FACTOR
         return abs(self.shapes[parameter.name]) or 1.0
 
     def limits(self, parameter: LawParameter) -> tuple[float, float]:
@@ -77,7 +81,11 @@ class Candidate:
         if parameter.along:
             return (0.0, math.inf) if self.place.sign > 0 else (-math.inf, 0.0)
         most = BLUNTEST * parameter.scale(self.place.scales) if parameter.smooths else parameter.most
-        return (0.0 if parameter.positive else -math.inf), most
+        if not parameter.positive:
+            return -math.inf, most
+        if not parameter.by_log:
+            return 0.0, most
+        return FINEST * min(self.shapes[parameter.name], min(parameter.grid) * parameter.scale(self.place.scales)), most
 
     @property
     def gains(self) -> tuple[LawParameter, ...]:

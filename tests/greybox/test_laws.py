@@ -87,3 +87,15 @@ def test_dry_friction_reaches_more_than_nine_tenths_of_its_size_below_a_third_of
         widest = candidate.limits(corner)[1]
         at = NAMES | {p.name: 1.0 for p in friction.parameters} | {corner.name: widest, "v": speed / 3}
         assert -evaluate_numbers(friction.expression, at) > 0.9
+
+
+def test_what_friction_has_more_near_rest_is_felt_whatever_its_width() -> None:
+    """Else it is a law that acts nowhere, and any value of it is as good as any other: a spike within the corner of the friction."""
+    [friction] = [law for law in laws() if law.id == "stribeck_friction"]
+    place = Place("motion", "x", "N", {"v": "v"}, {}, UNITS, dict.fromkeys(UNITS, 1.0) | {"speed": 2.0})
+    [width] = [p for p in friction.parameters if p.by_log and not p.kind.startswith("force") and p.fitted]
+    for candidate in candidates_at([place], [friction]):
+        corner = candidate.shapes["vSharp"]
+        at = NAMES | {"fC": 0.0, "fExtra": 1.0, "vSharp": corner, width.name: candidate.limits(width)[0]}
+        felt = max(-evaluate_numbers(friction.expression, at | {"v": k * corner / 4}) for k in range(1, 40))
+        assert felt > 0.5
