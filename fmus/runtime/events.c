@@ -22,17 +22,25 @@ static double margin_of(const Core *core, int i)
     return core->state.relations[i] != 0.0 ? beyond(core, i) : -beyond(core, i);
 }
 
-static int evaluate(Core *core, double time, const double *x)
+static int compare(Core *core, double time, const double *x)
 {
     core_pass(core, &time, x);
     core->res[0] = core->indicators;
     core->res[1] = core->indicator_sizes;
-    if (core_call(core, model_indicators, "relations") != 0)
-        return -1;
+    return core_call(core, model_indicators, "relations");
+}
+
+static int check_decided(Core *core, double time)
+{
     for (int i = 0; i < N_INDICATORS; i++)
         if (isnan(core->indicators[i]))
             return core_fail(core, "the relation %s cannot be decided at t = %.9g s", relation_names[i], time);
     return 0;
+}
+
+static int evaluate(Core *core, double time, const double *x)
+{
+    return compare(core, time, x) != 0 ? -1 : check_decided(core, time);
 }
 
 int core_relation_margin(Core *core, double time, const double *x, double *margin)
@@ -148,30 +156,60 @@ static int update_memories(Core *core, double time, double *x, int *again)
     return 0;
 }
 
+/* Whether relation i is on the wrong side now. */
+static int is_wrong(const Core *core, int i, Settling settling)
+{
+    double g = core->indicators[i];
+    int holds = core->state.relations[i] != 0.0, fresh = g > 0.0 || (g == 0.0 && holds_at_zero[i]);
+    return !isnan(g) && (settling == SETTLE_FRESH ? fresh != holds : margin_of(core, i) <= 0.0);
+}
+
+/* Turn all relations that are wrong, or one of them that chance picks; *again tells whether there were any. Where none is, but the
+   equations have no solution with these sides, as with two brakes that both stick, chance picks one that cannot be decided. */
+static void turn_wrong(Core *core, double time, Settling settling, int together, unsigned *chance, int *again)
+{
+    int wrong = 0, open = 0, picked;
+    for (int i = 0; i < N_INDICATORS; i++) {
+        wrong += is_wrong(core, i, settling);
+        open += isnan(core->indicators[i]) != 0;
+    }
+    if (wrong == 0 && open == 0)
+        return;
+    together &= wrong > 0;
+    *again = 1;
+    *chance = *chance * 1664525u + 1013904223u;
+    picked = (int)((*chance >> 16) % (unsigned)(wrong > 0 ? wrong : open));
+    for (int i = 0; i < N_INDICATORS; i++)
+        if ((wrong > 0 ? is_wrong(core, i, settling) : isnan(core->indicators[i])) && (together || picked-- == 0))
+            turn(core, i, core->state.relations[i] == 0.0, time);
+}
+
 int core_settle_relations(Core *core, double time, double *x, Settling settling, int *changed)
 {
-    enum { MAX_TURNS = 10 + 2 * N_RELATIONS + 10 * N_MEMORIES };
+    /* Where the relations of a clutch that sticks turn all at once they may do so for ever; one by one they find their sides. */
+    enum { TOGETHER = 4 + N_RELATIONS, MAX_TURNS = 100 + 20 * N_RELATIONS + 20 * N_MEMORIES };
+    unsigned chance = 1;
     *changed = 0;
     if (turn_timed(core, time, changed) != 0)
         return -1;
     if (N_MEMORIES > 0 && settling == SETTLE_FRESH && start_memories(core, time) != 0)
         return -1;
-    for (int count = 0; count < MAX_TURNS; count++) {
+    for (int count = 0, turns = 0; count < MAX_TURNS; count++) {
         int again = 0;
-        if (evaluate(core, time, x) != 0)
+        if (compare(core, time, x) != 0)
             return -1;
-        for (int i = 0; i < N_INDICATORS; i++) {
-            double g = core->indicators[i];
-            int kept = margin_of(core, i) > 0.0, holds = core->state.relations[i] != 0.0;
-            int fresh = g > 0.0 || (g == 0.0 && holds_at_zero[i]);
-            again |= turn(core, i, settling == SETTLE_FRESH ? fresh : kept ? holds : !holds, time);
+        turn_wrong(core, time, settling, turns++ < TOGETHER, &chance, &again);
+        if (!again) {
+            turns = 0;
+            if (update_memories(core, time, x, &again) != 0)
+                return -1;
         }
-        if (!again && update_memories(core, time, x, &again) != 0)
-            return -1;
         if (!again)
             return 0;
         *changed = 1;
     }
+    if (check_decided(core, time) != 0)
+        return -1;
     return core_fail(core, "the relation %s has no consistent side at t = %.9g s: each one makes the other true",
                      relation_names[core->last_changed], time);
 }

@@ -66,8 +66,7 @@ def _built(
     if by_events and relations is not None:
         relations = replace(relations, memory=relations.memory or without_memory(relations.rhs))
         system = replace(system, relations=relations)
-        at_same_points = replace(system, states=builder.declared_states)
-        return replace(system, notes=(*system.notes, *frozen.verified(at_same_points)))
+        return replace(system, notes=(*system.notes, *frozen.verified(system)))
     system = replace(system, relations=relations)
     verify_relations(system)
     return system
@@ -133,11 +132,11 @@ class SystemBuilder:
             notes=(*self._choices(reduced), *start.notes, *self._asserts(parameters), *self._units()),
         )
         self.check = solution.function("rates", arguments, [self._rates(dae)])
-        unchecked = () if self.by_events else self.verified(system)
-        self.declared_states = system.states
         starts = np.array(system.start_of_states(ca.DM(parameters))).ravel()
         with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
-        return replace(system, states=tuple(with_start), notes=(*system.notes, *unchecked))
+        system = replace(system, states=tuple(with_start))
+        unchecked = () if self.by_events else self.verified(system)
+        return replace(system, notes=(*system.notes, *unchecked))
 
     def verified(self, system: SymbolicSystem) -> tuple[str, ...]:
         """Compare the system with the flat equations; notes on what was not checked.

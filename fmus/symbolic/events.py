@@ -8,6 +8,7 @@ import casadi as ca
 
 from fmus.errors import ModelicaError
 from fmus.symbolic.arena import Arena
+from fmus.symbolic.conditions import decides
 from fmus.symbolic.dae import column
 from fmus.symbolic.operators import BINARY
 from fmus.symbolic.solution import Solution
@@ -148,6 +149,8 @@ def _rate_in_time(relation: _Relation, solution: Solution, time: ca.SX, paramete
     [difference] = solution.express([relation.difference])
     allowed = {s.element_hash() for s in (time, *ca.symvar(parameters))}
     if any(symbol.element_hash() not in allowed for symbol in ca.symvar(difference)):
+        return None
+    if decides(difference, time):
         return None
     rate = ca.simplify(ca.jacobian(difference, time))
     return float(rate) if rate.is_constant() and not rate.is_zero() else None

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 from fmus.errors import ModelicaError
+from fmus.symbolic.conditions import decides
 from fmus.symbolic.dae import Equation
 from fmus.symbolic.linear import MOST_BY_DETERMINANT, by_determinants, determinant, eliminate, magnitude, names_of
 from fmus.symbolic.newton import linear_stage, nonlinear_stage
@@ -67,7 +68,7 @@ def _solve_block(
     residuals, column = ca.vertcat(*[e.residual for e in equations]), ca.vertcat(*symbols)
     place = place_of([e.place for e in equations])
     matrix = ca.jacobian(residuals, column)
-    if ca.depends_on(matrix, column):
+    if ca.depends_on(matrix, column) or decides(residuals, column):
         [residuals] = solution.express([residuals])
         solution.stages.append(nonlinear_stage(name, residuals, unknowns, ca.vertcat(*known), place))
         known.append(column)

@@ -1,7 +1,7 @@
 """Evaluate the DAE's expressions as CasADi expressions of the model's variables."""
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -161,9 +161,11 @@ class Evaluator:
     def _index(self, index: int, body: Mapping[str, Any], frame: Frame | None) -> Value:
         base, selection = self.value(body["base"], frame), self._selection(index, frame)
         if any(isinstance(s, ca.SX) for s in selection):
-            if len(selection) > 1:
-                raise ModelicaError("an index that depends on variables is supported in vectors only")
-            return _pick(base, selection[0])
+            if not all(isinstance(s, int | ca.SX) for s in selection):
+                raise ModelicaError(
+                    "an index that depends on variables is supported for elements only, not beside ranges"
+                )
+            return _pick(base, selection)
         if any(isinstance(s, int) and not 0 <= s < n for s, n in zip(selection, base.shape, strict=False)):
             raise ModelicaError(f"index {[s + 1 for s in selection]} is outside an array of shape {base.shape}")
         return base[_outer(selection, base.shape)]
@@ -260,11 +262,16 @@ def _range(binder: Mapping[str, Any]) -> range:
     return range(binder["lower"], binder["upper"] + (1 if binder["step"] > 0 else -1), binder["step"])
 
 
-def _pick(vector: np.ndarray, position: ca.SX) -> Value:
-    """Element of a vector at a symbolic position (from one); the last one beyond the end."""
-    result = vector[-1]
-    for k in range(len(vector) - 1):
-        result = ca.if_else(position == k + 1, vector[k], result)
+def _pick(base: Value, selection: Sequence[int | ca.SX]) -> Value:
+    """Element at positions of which some are symbolic (from one); the last one beyond the end."""
+    if not selection:
+        return base
+    first, *rest = selection
+    if isinstance(first, int):
+        return _pick(base[first], rest)
+    result = _pick(base[-1], rest)
+    for k in range(len(base) - 1):
+        result = choose(first == k + 1, _pick(base[k], rest), result)
     return result
 
 

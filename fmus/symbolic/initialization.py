@@ -94,6 +94,14 @@ def _start(state: Quantity, proposed: ca.SX) -> ca.SX:
     return state.start if follows and state.start is not None else proposed
 
 
+def _waits(quantity: Quantity, constant: set[int]) -> bool:
+    return (
+        quantity.fixed is False
+        and quantity.derivative is not None
+        and quantity.derivative.element_hash() not in constant
+    )
+
+
 class _Conditions:
     """Chooses as many start conditions as there is freedom."""
 
@@ -106,6 +114,9 @@ class _Conditions:
         loose = [c for c in (*by_state, *others) if c.quantity.fixed is None and c.quantity.derivative is not None]
         self.loose = [c for c in loose if c.quantity.start is not None]
         self.loose += [c for c in by_state if c.quantity.fixed is None and c.quantity.start is None]
+        # What is written as fixed=false waits for others; where none is left, its start holds like any other, but for parameters.
+        constant = {int(e.residual.element_hash()) for e in dae.equations if e.residual.is_symbolic()}
+        self.loose += [c for c in by_state if c.quantity.start is not None and _waits(c.quantity, constant)]
         self.equations = [*reduced.equations, *dae.initial]
         residuals = [*(e.residual for e in self.equations), *(c.residual for c in (*self.fixed, *self.loose))]
         self.matching = Matching(rows_of(ca.jacobian_sparsity(column(residuals), column(unknowns))))

@@ -6,6 +6,7 @@ from typing import Any
 import casadi as ca
 
 from fmus.symbolic.solution import Stage, Unknown
+from fmus.symbolic.tearing import tear
 
 MOST_ITERATIONS = 60
 # Steps relative to the size of an unknown; Newton doubles the digits with each, so the error left is far smaller.
@@ -22,7 +23,8 @@ def nonlinear_stage(name: str, equations: ca.SX, unknowns: Sequence[Unknown], kn
     """Newton's method with the exact Jacobian; derivatives follow from the implicit function theorem.
 
     Unknowns are counted in units of their nominal value, else of their guess (1 if that is zero). Where the plain
-    method fails, damped steps are taken from the guess. The result is NaN if both fail.
+    method fails, it begins anew from the solution of fewer equations, in which no guess of 0 counts that another equation
+    replaces; then damped steps are taken from the guess. The result is NaN if all fail.
 
     Args:
         name: a C identifier.
@@ -38,7 +40,9 @@ def nonlinear_stage(name: str, equations: ca.SX, unknowns: Sequence[Unknown], kn
     scaled = ca.SX.sym("scaled", len(unknowns))
     residual = ca.substitute(reduced, symbols, sizes * scaled)
     known = ca.vertcat(sizes, parts)
-    return Stage(symbols, guess, ca.vertcat(size, values), _solver(name, scaled, known, residual, sizes), place)
+    rescue = _by_fewer(name, reduced, unknowns, parts)
+    solver = _solver(name, scaled, known, residual, sizes, rescue)
+    return Stage(symbols, guess, ca.vertcat(size, values), solver, place)
 
 
 def linear_stage(name: str, matrix: ca.SX, right: ca.SX, unknowns: Sequence[Unknown], place: str = "") -> Stage:
@@ -57,14 +61,21 @@ def linear_stage(name: str, matrix: ca.SX, right: ca.SX, unknowns: Sequence[Unkn
     pattern = matrix.sparsity()
     values = ca.vertcat(matrix.nz[:], right)
 
-    guess, column = ca.MX.sym("guess", n), ca.MX.sym("values", values.numel())
+    guess, column, found = ca.MX.sym("guess", n), ca.MX.sym("values", values.numel()), ca.MX.sym("found", n)
     coefficients = ca.MX(pattern, column[: pattern.nnz()])
     wanted = column[pattern.nnz() :]
-    found = ca.solve(coefficients, wanted, "qr", ANY_PIVOT)
     reach = ca.mtimes(ca.fabs(coefficients), ca.fabs(found)) + ca.fabs(wanted)
     # Comparisons with NaN are false, so it is what holds that has to be counted.
-    holding = ca.sum1(ca.fabs(ca.mtimes(coefficients, found) - wanted) <= ACCEPTED * reach)
-    solver = ca.Function(name, [guess, column], [ca.if_else(holding >= n, found, ca.DM.nan(n))])
+    holding = ca.sum1(ca.fabs(ca.mtimes(coefficients, found) - wanted) <= ACCEPTED * reach) >= n
+    holds = ca.Function(f"{name}_holds", [found, column], [holding])
+    # Equations whose terms are all small, beside large ones, hold after a second step only.
+    change = ca.solve(coefficients, wanted - ca.mtimes(coefficients, found), "qr", ANY_PIVOT)
+    improve = ca.Function(f"{name}_improve", [found, column], [change])
+    nothing = ca.Function(f"{name}_keep", [found, column], [ca.MX.zeros(n)])
+    rest = ca.Function.if_else(f"{name}_rest", nothing, improve)
+    first = ca.solve(coefficients, wanted, "qr", ANY_PIVOT)
+    last = first + ca.stop_diff(rest(holds(first, column), first, column), 1)
+    solver = ca.Function(name, [guess, column], [ca.if_else(holds(last, column), last, ca.DM.nan(n))])
     return Stage(ca.vertcat(*[u.symbol for u in unknowns]), ca.SX.zeros(n), values, solver, place)
 
 
@@ -82,10 +93,34 @@ def _parametric(equations: ca.SX, unknowns: ca.SX, knowns: ca.SX) -> tuple[ca.SX
     return reduced, ca.vertcat(ca.SX(0, 1), *symbols, *plain), ca.vertcat(ca.SX(0, 1), *parts, *plain)
 
 
-def _solver(name: str, scaled: ca.SX, known: ca.SX, residual: ca.SX, sizes: ca.SX) -> ca.Function:
-    """`(guess, known) -> solution`, with guess and solution in the unknowns' own units."""
+def _by_fewer(name: str, equations: ca.SX, unknowns: Sequence[Unknown], parts: ca.SX) -> ca.Function | None:
+    """`(found, start, known) -> scaled solution` by fewer equations, None if there are none."""
+    torn = tear(ca.vertsplit(equations), unknowns)
+    if not torn.assignments:
+        return None
+    n, left = len(unknowns), [u.symbol for u in torn.unknowns]
+    places = [k for k, u in enumerate(unknowns) if any(ca.is_equal(u.symbol, symbol) for symbol in left)]
+    scaled, sizes = ca.SX.sym("scaled", len(left)), ca.SX.sym("size", len(left))
+    residual = ca.substitute(ca.vertcat(*torn.equations), ca.vertcat(*left), sizes * scaled)
+    fewer = _solver(f"{name}_fewer", scaled, ca.vertcat(sizes, parts), residual, sizes, None)
+    backwards = list(reversed(torn.assignments))
+    everything = [ca.vertcat(*[u.symbol for u in unknowns])]
+    _, [values] = ca.substitute_inplace([s for s, _ in backwards], [v for _, v in backwards], everything, False)
+    back = ca.Function(f"{name}_back", [ca.vertcat(*left), parts], [values])
+    found, start = ca.MX.sym("found", n), ca.MX.sym("start", n)
+    known = ca.MX.sym("known", n + parts.numel())
+    size = known[:n]
+    solution = fewer((start * size)[places], ca.vertcat(size[places], known[n:]))
+    return ca.Function(f"{name}_by_fewer", [found, start, known], [back(solution, known[n:]) / size])
+
+
+def _solver(
+    name: str, scaled: ca.SX, known: ca.SX, residual: ca.SX, sizes: ca.SX, rescue: ca.Function | None
+) -> ca.Function:
+    """`(guess, known) -> solution`, with guess and solution in the unknowns' own units; `rescue` is tried before damped steps."""
     equations = ca.Function(f"{name}_equations", [scaled, known], [residual])
     options: dict[str, Any] = {
+        "abstol": 0.0,  # what is small among the equations depends on their units
         "abstolStep": SMALLEST_STEP,
         "max_iter": MOST_ITERATIONS,
         "error_on_fail": False,
@@ -99,8 +134,11 @@ def _solver(name: str, scaled: ca.SX, known: ca.SX, residual: ca.SX, sizes: ca.S
     guess, values = ca.MX.sym("guess", n), ca.MX.sym("values", known.numel())
     start = guess / values[:n]
     first = newton(start, values)
-    damped = _damped(name, scaled, known, residual)
-    better = ca.Function.if_else(f"{name}_rescue", _first(n, known.numel()), damped)
+    keep = _first(n, known.numel())
+    # Functions that decide evaluate one branch only.
+    if rescue is not None:
+        first = ca.Function.if_else(f"{name}_fewer_first", keep, rescue)(holds(first, values), first, start, values)
+    better = ca.Function.if_else(f"{name}_rescue", keep, _damped(name, scaled, known, residual))
     # The second call starts at the solution, so it costs one iteration; it alone carries the derivatives.
     second = newton(ca.stop_diff(better(holds(first, values), first, start, values), 1), values)
     return ca.Function(name, [guess, values], [check(second, values)])

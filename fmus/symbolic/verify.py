@@ -1,6 +1,7 @@
 """Check a translated model against its flat equations, evaluated in another way at random points."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -12,7 +13,8 @@ from fmus.flat.compare import Failure, delayed
 from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 
 TOLERANCE = 1e-9
-POINTS = 3
+# Half of them around the start values, half around zero.
+POINTS = 4
 # Some points lie where the equations have no solution; so many are tried.
 MOST_TRIES = 20
 
@@ -109,12 +111,17 @@ def _sides(relations: Relations, arguments: tuple[Any, ...]) -> tuple[np.ndarray
     timed = np.where(rising > 0, time >= instants, time < instants).astype(float)
     sides = np.zeros(relations.n_indicators)
     memory = np.array([] if relations.memory is None else relations.memory.start(time, p)).ravel()
-    for _ in range(len(sides) + 1):  # a relation may depend on others
+    chance = np.random.default_rng(1)
+    for turn in range(20 + 10 * len(sides)):  # a relation may depend on others
         c = np.concatenate([sides, timed, memory])
-        before, sides = sides, (np.array(relations.indicators(*arguments, c)[0]).ravel() > 0).astype(float)
-        if np.array_equal(before, sides):
+        g = np.array(relations.indicators(*arguments, c)[0]).ravel()
+        wrong = ((g > 0) | ((g == 0) & np.array(relations.holds_at_zero, dtype=bool))) != (sides > 0)
+        if not wrong.any():
             return c, True
-    return np.concatenate([sides, timed, memory]), False
+        if turn > len(sides):  # turning all of them leads round in a circle
+            wrong = np.arange(len(sides)) == chance.choice(np.flatnonzero(wrong))
+        sides = np.where(wrong, 1 - sides, sides)
+    return c, False
 
 
 def _place(failure: Failure, files: Mapping[int, tuple[str, str]]) -> str:
@@ -143,7 +150,8 @@ def _points(
     for attempt in range(MOST_TRIES):
         spread = 0.3 / (1 + attempt // 4)
         time = float(random.uniform(0.0, 1.0))
-        x, u = (near(random, variables, spread) for variables in (system.states, system.inputs))
+        states = [v if attempt % 2 else replace(v, start=0.0) for v in system.states]
+        x, u = (near(random, variables, spread) for variables in (states, system.inputs))
         # One point has the parameters as declared, for conditions that hold for these only.
         p = near(random, system.parameters, 0.0 if attempt == 0 else 0.1 * spread)
         source, delay = (np.array(part).ravel() for part in system.history(time, u, p))
@@ -173,7 +181,7 @@ def near(random: np.random.Generator, variables: Sequence[Variable], spread: flo
     """Values around the starts, within the bounds."""
     found = []
     for v in variables:
-        start = v.start or 0.0
+        start = v.start if v.start is not None and np.isfinite(v.start) else 0.0
         low, high = (-np.inf if v.minimum is None else v.minimum), (np.inf if v.maximum is None else v.maximum)
         share = float(random.uniform(-1.0, 1.0))
         if np.isfinite(low) and np.isfinite(high) and spread >= 0.1:

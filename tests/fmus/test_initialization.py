@@ -119,3 +119,16 @@ def test_start_conditions_that_cannot_hold_are_refused_with_names(mistake: str, 
 
     with pytest.raises(ModelicaError, match=message):
         compiled(text, tmp_path)
+
+
+def test_a_start_that_need_not_hold_does_where_nothing_else_determines_it(tmp_path: Path) -> None:
+    declared = "Real x(start=2, fixed=false), z(start=1, fixed=false);"
+    system = compiled(
+        f"model A {declared} equation der(x) = -x; der(z) = x - z; initial equation der(z) = 0; end A;", tmp_path
+    )
+
+    assert starts(system) == pytest.approx({"x": 2.0, "z": 2.0})
+    assert system.notes == ("start values taken as fixed: x; write fixed=true to confirm",)
+    declared = "parameter Real k(fixed=false, start=1); Real x(start=1, fixed=true);"
+    with pytest.raises(ModelicaError, match="1 start condition missing"):
+        compiled(f"model A {declared} equation der(x) = -k*x; end A;", tmp_path)
