@@ -327,14 +327,15 @@ def not_ended(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip 
     return Trip("not_ended", Reaction.RELEASE, "the session has ended") if seen.end else None
 
 
+# Of those that ask for the same the first one says why: a session that stood still has no positions because of that.
 RULES: tuple[Rule, ...] = (
     finite_command,
+    on_time,
     positions_answered,
     encoder_steady,
     encoder_alive,
     torque_acts,
     motion_explained,
-    on_time,
     speed_limited,
     inside_range,
     energy_bounded,

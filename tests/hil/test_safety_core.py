@@ -462,6 +462,12 @@ def test_a_torque_has_to_move_a_joint_from_where_and_how_fast_it_was_when_it_beg
         assert (after.pressed[0], after.pressed_speed[0], after.pressed_from[0]) == expected
 
 
+def test_a_session_that_stood_still_is_told_so_although_its_positions_are_missing_as_well() -> None:
+    arm = Arm().armed()
+    arm.cycle(time_ns=arm.now + 228_000_000, positions=(None, None))
+    assert arm.state.stopped is not None and arm.state.stopped.rule == "on_time"
+
+
 def test_late_cycles_are_counted_in_a_row_only() -> None:
     arm, counts = Arm().armed(), []
     for computing in (PERIOD, PERIOD, 0, PERIOD):
