@@ -31,9 +31,9 @@ _NO_LIMITS = Limits((JointLimits(1.0, 1.0, 1.0, -1.0, 1.0),))
 _MOST_STRETCH = 10.0
 _AS_IT_IS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 # A virtual robot shares the machine with the session, and stands still whenever the machine lets it: for so long it is
-# waited for, and let go after three times that. A virtual machine was seen to stand still for 50 ms with all that runs on it: a session
+# waited for, and let go after three times that. Virtual machines were seen to stand still for 50 ms with all that runs on them: a session
 # with a robot that can hurt nobody bears twice that.
-_VIRTUAL_PATIENCE_S, _VIRTUAL_STALL_S = 0.02, 0.1
+_VIRTUAL_PATIENCE_S = 0.1
 
 
 # Keys of `[robot]` that every kind of robot has; others are its own.
@@ -194,8 +194,8 @@ def virtual_settings(
         limits,
         missing_comply_s=comply,
         missing_release_s=max(limits.missing_release_s, 3 * comply),
-        late_comply_s=_VIRTUAL_STALL_S,
-        stall_s=_VIRTUAL_STALL_S,
+        late_comply_s=_VIRTUAL_PATIENCE_S,
+        stall_s=_VIRTUAL_PATIENCE_S,
     )
     return replace(found, gravity=False, limits=patient, waived=waived)
 

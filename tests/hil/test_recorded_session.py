@@ -121,7 +121,7 @@ def test_a_folder_without_a_recording_cannot_be_finished(tmp_path: Path) -> None
 
 
 def test_a_session_in_virtual_time_does_not_notice_that_its_machine_stood_still(tmp_path: Path) -> None:
-    """In real time 20 ms without a position end it; here 300 ms pass in which nothing of the session happens."""
+    """In real time 100 ms without a position end it; here 300 ms pass in which nothing of the session happens."""
     stands_still = operator_that({20: lambda: time.sleep(0.3)})
     inside = DirectBus(Made().made())
     document = run_session(virtual_settings(rate_hz=100.0), 0.5, stands_still, tmp_path / "session", inside=inside)

@@ -42,7 +42,7 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def again_where_the_machine_stalled(test: Callable[..., None]) -> Callable[..., None]:
-    """Run a test in real time up to four times: a machine that stands still for 20 ms ends a session, as it should."""
+    """Run a test in real time up to four times: a machine that stands still for 100 ms ends a session, as it should."""
 
     @wraps(test)
     def patient(*arguments: Any, **options: Any) -> None:

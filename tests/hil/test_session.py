@@ -145,11 +145,11 @@ def test_a_bus_that_breaks_while_the_arm_is_let_down_leaves_the_lost_answers_cou
 
 
 @pytest.mark.parametrize("rate_hz", [100.0, 500.0, 1000.0])
-def test_a_virtual_robot_may_stand_still_for_20_ms_at_least_and_its_session_for_100_and_otherwise_has_the_limits_of_a_real_one(
+def test_a_virtual_robot_and_its_session_may_stand_still_for_100_ms_at_least_and_otherwise_has_the_limits_of_a_real_one(
     rate_hz: float,
 ) -> None:
     real, virtual = default_settings(rate_hz=rate_hz).limits, virtual_settings(rate_hz=rate_hz).limits
-    assert virtual.missing_comply_s >= 0.02 and virtual.missing_release_s > virtual.missing_comply_s
+    assert virtual.missing_comply_s >= 0.1 and virtual.missing_release_s > virtual.missing_comply_s
     patience = ("missing_comply_s", "missing_release_s", "late_comply_s", "stall_s")
     assert all(getattr(virtual, name) > getattr(real, name) for name in patience[2:])
     assert replace(virtual, **{name: getattr(real, name) for name in patience}) == real
