@@ -56,9 +56,8 @@ def deviation(system: SymbolicSystem, folder: Path, fmu: Path) -> tuple[float, f
         fmi_type="CoSimulation",
         relative_tolerance=TOLERANCE,
     )
-    near = np.min(np.abs(time[:, None] - run["time"]), axis=1) < 1e-6 * interval
-    if len(events):
-        near &= np.min(np.abs(time[:, None] - events), axis=1) > 1.5 * interval
+    near = _distance(time, run["time"]) < 1e-6 * interval
+    near &= _distance(time, events) > 1.5 * interval
     at = np.searchsorted(run["time"], time[near] - 0.1 * interval)
     far = max((_share(run[name][at], table[name][near], table[name]) for name in shown), default=np.nan)
     pieces = Pieces(system, [v.start for v in system.parameters])
@@ -71,6 +70,13 @@ def deviation(system: SymbolicSystem, folder: Path, fmu: Path) -> tuple[float, f
         apart &= np.abs(run["time"] - event) > NEAR * interval
     both = [name for name in shown if name in solved]
     return far, max((_share(run[name][apart], solved[name][apart], solved[name]) for name in both), default=np.nan)
+
+
+def _distance(times: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """From each of some times to the nearest of others, which are sorted."""
+    fence = np.concatenate([[-np.inf], others, [np.inf]])
+    behind = np.searchsorted(fence, times)
+    return np.minimum(np.abs(fence[behind] - times), np.abs(times - fence[behind - 1]))
 
 
 def _share(found: np.ndarray, wanted: np.ndarray, whole: np.ndarray) -> float:
