@@ -122,14 +122,14 @@ def shown_states(system: SymbolicSystem, signals: Sequence[str]) -> dict[int, tu
 
 
 def least_noise(trials: Sequence[Trial]) -> np.ndarray:
-    """A sensor is no better than a fraction of its resolution or of its last digits, (ny,)."""
+    """A sensor is no better than its resolution or its last digits allow, (ny,): rounding errs by 1/sqrt(12) of a step (Widrow 1956)."""
     columns = np.concatenate([t.measured for t in trials]).T
     found = []
     for column in columns:
         steps = np.abs(np.diff(column[np.isfinite(column)]))
         steps = steps[steps > 0]
         resolution = float(steps.min()) if len(steps) else 0.0
-        found.append(max(0.1 * resolution, 1e-9 * float(np.nanstd(column)), 1e-300))
+        found.append(max(resolution / np.sqrt(12.0), 1e-9 * float(np.nanstd(column)), 1e-300))
     return np.array(found)
 
 
