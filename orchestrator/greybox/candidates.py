@@ -12,8 +12,8 @@ from orchestrator.greybox.places import Place
 SHARPNESS = 2.0
 # The same of any other size that is positive: a width, a time constant.
 FACTOR = 1.0
-# Such a size is no smaller than this share of the least that is tried first: a record cannot show a smaller one.
-FINEST = 0.1
+# Such a size lies within this factor of what is tried first: a record shows no finer one, and a lag that is longer than it is a gain.
+REACH = 10.0
 # A corner is no wider than this share of the record's scale: friction that grows over all speeds is viscous.
 BLUNTEST = 0.2
 
@@ -80,12 +80,12 @@ class Candidate:
         """Between which values physics allows a parameter here."""
         if parameter.along:
             return (0.0, math.inf) if self.place.sign > 0 else (-math.inf, 0.0)
-        most = BLUNTEST * parameter.scale(self.place.scales) if parameter.smooths else parameter.most
-        if not parameter.positive:
-            return -math.inf, most
         if not parameter.by_log:
-            return 0.0, most
-        return FINEST * min(self.shapes[parameter.name], min(parameter.grid) * parameter.scale(self.place.scales)), most
+            return (0.0 if parameter.positive else -math.inf), parameter.most
+        scale = parameter.scale(self.place.scales)
+        sizes = (self.shapes[parameter.name], *(factor * scale for factor in parameter.grid))
+        most = BLUNTEST * scale if parameter.smooths else REACH * max(sizes)
+        return min(sizes) / REACH, min(most, parameter.most)
 
     @property
     def gains(self) -> tuple[LawParameter, ...]:

@@ -99,3 +99,13 @@ def test_what_friction_has_more_near_rest_is_felt_whatever_its_width() -> None:
         at = NAMES | {"fC": 0.0, "fExtra": 1.0, "vSharp": corner, width.name: candidate.limits(width)[0]}
         felt = max(-evaluate_numbers(friction.expression, at | {"v": k * corner / 4}) for k in range(1, 40))
         assert felt > 0.5
+
+
+def test_a_lag_is_no_longer_than_a_record_that_shows_it() -> None:
+    """What a signal follows within many records' time is a gain by another name: a lag of 25 s stood for an inertia 2 % off in trials of 10 s."""
+    record = 10.0
+    place = Place("input", "u", "V", {"u": "u"}, {}, UNITS, dict.fromkeys(UNITS, 1.0) | {"time": record})
+    lags = [law for law in laws() if law.id in ("input_lag", "input_delay")]
+    for candidate in candidates_at([place], lags):
+        [time] = candidate.fitted_shapes
+        assert 0 < candidate.limits(time)[0] < candidate.shapes[time.name] < candidate.limits(time)[1] < record
