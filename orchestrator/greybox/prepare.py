@@ -15,6 +15,7 @@ from orchestrator.greybox.fit import Noise
 from orchestrator.greybox.places import Seen
 from orchestrator.greybox.thinning import thinned
 from orchestrator.measurements import BoundTrial
+from orchestrator.measurements.noise import rounding_error
 
 # Samples from which a first speed is read.
 FIRST = 8
@@ -122,15 +123,13 @@ def shown_states(system: SymbolicSystem, signals: Sequence[str]) -> dict[int, tu
 
 
 def least_noise(trials: Sequence[Trial]) -> np.ndarray:
-    """A sensor is no better than its resolution or its last digits allow, (ny,): rounding errs by 1/sqrt(12) of a step (Widrow 1956)."""
-    columns = np.concatenate([t.measured for t in trials]).T
-    found = []
-    for column in columns:
-        steps = np.abs(np.diff(column[np.isfinite(column)]))
-        steps = steps[steps > 0]
-        resolution = float(steps.min()) if len(steps) else 0.0
-        found.append(max(resolution / np.sqrt(12.0), 1e-9 * float(np.nanstd(column)), 1e-300))
-    return np.array(found)
+    """A sensor is no better than its resolution or its last digits allow, (ny,)."""
+    spread = np.nanstd(np.concatenate([t.measured for t in trials]), axis=0)
+    columns = (
+        [column[np.isfinite(column)] for column in each] for each in zip(*(t.measured.T for t in trials), strict=True)
+    )
+    rounding = [rounding_error(*(part for part in parts if part.size)) for parts in columns]
+    return np.maximum(np.maximum(rounding, 1e-9 * spread), 1e-300)
 
 
 def first_noise(box: GreyBox, trials: Sequence[Trial], balances: Sequence[Balance], theta: np.ndarray) -> Noise:

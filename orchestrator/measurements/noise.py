@@ -98,7 +98,19 @@ def estimated_noise(values: Array) -> float:
         Standard deviation in the unit of `values`, too high where the signal is not smooth from
         sample to sample; 0 only for a record that never changes and so says nothing.
     """
-    return max(_spread(values), _finest_step(values) * _UNIFORM_STD)
+    return max(_spread(values), rounding_error(values))
+
+
+def rounding_error(*records: Array) -> float:
+    """Standard deviation of what rounding to its resolution costs a column, in its unit: 1/sqrt(12) of a step (Widrow 1956).
+
+    Args:
+        records: (n,) each, the column in some trials, without gaps.
+
+    Returns:
+        0 where they show no resolution.
+    """
+    return _finest_step(*records) * _UNIFORM_STD if records else 0.0
 
 
 def recorded_noise(records: Sequence[Array]) -> Noise:
@@ -107,8 +119,8 @@ def recorded_noise(records: Sequence[Array]) -> Noise:
     The spectrum above the motion says what colour the noise has; where there is none, or impacts and steps fill it, noise
     counts as white and of the level that differences of neighbouring samples show, the median over the trials.
     """
-    step = _finest_step(*records) if records else 0.0
-    levels = [max(_spread(values), step * _UNIFORM_STD) for values in records if np.ptp(values) > 0.0]
+    rounding = rounding_error(*records)
+    levels = [max(_spread(values), rounding) for values in records if np.ptp(values) > 0.0]
     levels = [level for level in levels if level > 0.0]
     if not levels:
         return Noise(0.0)
@@ -116,7 +128,7 @@ def recorded_noise(records: Sequence[Array]) -> Noise:
     found = noise_of_records(records)
     if found is None or found.fast > IMPACTS * level or _is_too_slow(found, records):
         return Noise(level)
-    return found.scaled(max(found.std, step * _UNIFORM_STD))
+    return found.scaled(max(found.std, rounding))
 
 
 def measurement_noise(
