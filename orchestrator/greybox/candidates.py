@@ -10,10 +10,6 @@ from orchestrator.greybox.places import Place
 
 # Standard deviation of the logarithm of how sharp a corner is, about the law's grid: friction may well be seven times as sharp.
 SHARPNESS = 2.0
-# The same of any other size that is positive: a width, a time constant.
-FACTOR = 1.0
-# Such a size lies within this factor of what is tried first: a record shows no finer one, and a lag that is longer than it is a gain.
-REACH = 10.0
 # A corner is no wider than this share of the record's scale: friction that grows over all speeds is viscous.
 BLUNTEST = 0.2
 
@@ -72,20 +68,16 @@ class Candidate:
             return parameter.prior or math.inf
         if parameter.kind.startswith("centre"):
             return self.place.range[1]
-        if parameter.by_log:
-            return SHARPNESS if parameter.smooths else FACTOR
+        if parameter.smooths:
+            return SHARPNESS
         return abs(self.shapes[parameter.name]) or 1.0
 
     def limits(self, parameter: LawParameter) -> tuple[float, float]:
         """Between which values physics allows a parameter here."""
         if parameter.along:
             return (0.0, math.inf) if self.place.sign > 0 else (-math.inf, 0.0)
-        if not parameter.by_log:
-            return (0.0 if parameter.positive else -math.inf), parameter.most
-        scale = parameter.scale(self.place.scales)
-        sizes = (self.shapes[parameter.name], *(factor * scale for factor in parameter.grid))
-        most = BLUNTEST * scale if parameter.smooths else REACH * max(sizes)
-        return min(sizes) / REACH, min(most, parameter.most)
+        most = BLUNTEST * parameter.scale(self.place.scales) if parameter.smooths else parameter.most
+        return (0.0 if parameter.positive else -math.inf), most
 
     @property
     def gains(self) -> tuple[LawParameter, ...]:

@@ -16,8 +16,7 @@ typedef struct {
   double *ahead, *mean;        /* n rows of nx: before and after the measurements of an instant */
   double *transition, *ahead_covariance, *covariance; /* n rows of nx x nx, or NULL */
   double *push, *reading, *missed; /* n rows of nx x nb, ny x nx, ny: answer to forces, slopes of outputs, what they miss; or NULL */
-  double *halved; /* n: most that steps of half the length move a state or its standard deviation, as a share of that; or NULL, as with
-                     sensitivities */
+  double *halved; /* n: most that steps of half the length move a state, in its standard deviations; or NULL, as with sensitivities */
 } filter_problem;
 
 /* Places for the values of a Runge-Kutta step: states and slopes at a stage, their sums and rates, and what a model is given. */
@@ -70,25 +69,6 @@ static void advance(const problem *m, workspace *f, const stages *at, int k, int
   }
 }
 
-/* B = F P F', and what forces on the balances add to it over an interval; F and the answers to forces stand in s. A is scratch. */
-static void covariance_ahead(int nx, int nb, int width, const double *s, const double *P, const double *intensity, double span,
-                             double *A, double *B) {
-  for (int i = 0; i < nx; i++) /* A = F P */
-    for (int j = 0; j < nx; j++) {
-      double sum = 0;
-      for (int l = 0; l < nx; l++) sum += s[i * width + l] * P[l * nx + j];
-      A[i * nx + j] = sum;
-    }
-  for (int i = 0; i < nx; i++)
-    for (int j = 0; j <= i; j++) {
-      double sum = 0;
-      for (int l = 0; l < nx; l++) sum += A[i * nx + l] * s[j * width + l];
-      for (int b = 0; b < nb; b++)
-        sum += s[i * width + nx + b] * s[j * width + nx + b] * intensity[b] * intensity[b] / span;
-      B[i * nx + j] = B[j * nx + i] = sum;
-    }
-}
-
 /* Returns n when complete, else the sample at which a value was not finite; -1 without memory. */
 int misfit_filter_greybox(const problem *m, const filter_problem *g) {
   const int nx = (int)m->nx, ny = (int)m->ny, n = (int)m->n, nb = (int)g->nb;
@@ -96,14 +76,13 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
   workspace f, h;
   if (!open_workspace(&f, &m->rate) || !open_workspace(&h, &m->output)) return -1;
   size_t size = (size_t)(nx * 6 + ns * 4 + ny * width + ny + (int)m->nu + 2 * (int)m->nd + m->rate.entries + m->output.entries +
-                         4 * nx * nx + 3 * nx + ntheta + ns);
+                         3 * nx * nx + 3 * nx + ntheta);
   double *memory = calloc(size + 8, sizeof(double));
   if (!memory) return -1;
   double *x = memory, *xs = x + nx, *xsum = xs + nx, *rate = xsum + nx, *s = rate + nx, *ss = s + ns, *ssum = ss + ns;
   double *ks = ssum + ns, *dy = ks + ns, *y = dy + ny * width, *u = y + ny, *d = u + m->nu, *dslope = d + m->nd;
   double *jf = dslope + m->nd, *jy = jf + m->rate.entries, *P = jy + m->output.entries, *A = P + nx * nx, *B = A + nx * nx;
   double *shared = B + nx * nx, *close = shared + nx, *largest = close + nx, *change = largest + nx;
-  double *C = change + ntheta, *finer = C + nx * nx;
   memcpy(x, g->start, sizeof(double) * (size_t)nx);
   const stages at = {xs, xsum, rate, ss, ssum, ks, u, d, dslope, jf};
   for (int i = 0; i < nx; i++) P[i * nx + i] = g->spread[i] * g->spread[i];
@@ -111,21 +90,31 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
   for (k = 0; k < n; k++) {
     if (k > 0) {
       const double span = m->t[k] - m->t[k - 1];
-      for (int half = g->halved != NULL; half >= 0; half--) {
-        double *slopes = half ? finer : s;
-        if (half) memcpy(close, x, sizeof(double) * (size_t)nx);
+      for (int finer = g->halved != NULL; finer >= 0; finer--) {
+        if (finer) memcpy(close, x, sizeof(double) * (size_t)nx);
         for (int i = 0; i < nx; i++)
-          for (int j = 0; j < nx + nb; j++) slopes[i * width + j] = i == j ? 1.0 : 0.0;
-        advance(m, &f, &at, k, (int)g->steps[k] * (half ? 2 : 1), width, half ? close : x, slopes);
+          for (int j = 0; j < nx + nb; j++) s[i * width + j] = i == j ? 1.0 : 0.0;
+        advance(m, &f, &at, k, (int)g->steps[k] * (finer ? 2 : 1), width, finer ? close : x, s);
       }
-      if (g->halved) covariance_ahead(nx, nb, width, finer, P, g->intensity, span, A, C);
-      covariance_ahead(nx, nb, width, s, P, g->intensity, span, A, B);
+      for (int i = 0; i < nx; i++) /* A = F P */
+        for (int j = 0; j < nx; j++) {
+          double sum = 0;
+          for (int l = 0; l < nx; l++) sum += s[i * width + l] * P[l * nx + j];
+          A[i * nx + j] = sum;
+        }
+      for (int i = 0; i < nx; i++)
+        for (int j = 0; j <= i; j++) {
+          double sum = 0;
+          for (int l = 0; l < nx; l++) sum += A[i * nx + l] * s[j * width + l];
+          for (int b = 0; b < nb; b++)
+            sum += s[i * width + nx + b] * s[j * width + nx + b] * g->intensity[b] * g->intensity[b] / span;
+          B[i * nx + j] = B[j * nx + i] = sum;
+        }
       memcpy(P, B, sizeof(double) * (size_t)(nx * nx));
       for (int i = 0; i < nx && g->halved; i++) {
         largest[i] = fmax(largest[i], fabs(close[i]));
-        const double least = exact * largest[i], known = fmax(sqrt(C[i * nx + i]), least);
-        const double off = fmax(fabs(close[i] - x[i]), fabs(known - fmax(sqrt(P[i * nx + i]), least)));
-        if (known > 0) g->halved[k] = fmax(g->halved[k], off / known);
+        const double known = fmax(sqrt(P[i * nx + i]), exact * largest[i]);
+        if (known > 0) g->halved[k] = fmax(g->halved[k], fabs(close[i] - x[i]) / known);
       }
       if (g->transition)
         for (int i = 0; i < nx; i++) memcpy(g->transition + ((size_t)k * nx + i) * nx, s + i * width, sizeof(double) * (size_t)nx);

@@ -184,8 +184,7 @@ class GreyBox:
         return Filtered(*result, *matrices)
 
     def off_by_steps(self, trial: Trial, theta: np.ndarray, intensity: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """The most that steps of half the length would move a state or its standard deviation in each interval, (n,), as a share
-        of that deviation. At rest in dry friction a state stays where it is by any steps, while long ones make its deviation grow.
+        """The most that steps of half the length would move a state in each interval, (n,), in standard deviations of it ahead.
 
         Arguments as of `run`.
 

@@ -17,7 +17,7 @@ ENOUGH = 0.05
 CLOSE = 0.3
 # Steps at frozen gains, those on the noise, and those on both together, at most.
 STEPS, MOST_STEPS = 4, 40
-# Steps in an interval are made shorter where that moves a state, or its standard deviation, by more than this share of that.
+# Steps in an interval are made shorter where that moves a state by more than this share of its standard deviation.
 MOVED = 0.01
 MOST_STEPS_BETWEEN = 16
 # How often a step that leads uphill is made shorter.

@@ -34,7 +34,7 @@ class LawParameter:
 
     `kind` is its unit in terms of the place, such as "force/speed^2". A `gain` enters linearly and is 0 where the effect is
     absent; `positive` says that physics allows no negative value, `most` is the largest that it allows, `along` that it has the sign of the model's own response there. Any other parameter is a
-    shape: `grid` holds values in multiples of the record's own scale of that kind, `fitted` says whether it is estimated; one that `smooths` is, and counts as none: it says how sharp a corner is. A `positive` shape is a size: fits change its logarithm. `prior` is the standard deviation of a
+    shape: `grid` holds values in multiples of the record's own scale of that kind, `fitted` says whether it is estimated; one that `smooths` is, and counts as none: it says how sharp a corner is. `prior` is the standard deviation of a
     gain's prior. A shape with `waves` counts waves per turn; values of which the record shows fewer waves are left out.
     `value` is what was fitted where the law was found, with its 90 % interval `ci90`; a shape starts there.
     """
@@ -53,11 +53,6 @@ class LawParameter:
     description: str = ""
     value: float = math.nan
     ci90: tuple[float, ...] = ()
-
-    @property
-    def by_log(self) -> bool:
-        """Whether it is a size, of which half is as far as twice, so that fits change the logarithm."""
-        return self.positive and not self.gain and bool(self.grid)
 
     def unit(self, units: Mapping[str, str]) -> str:
         """The unit, given those of the place's quantities."""

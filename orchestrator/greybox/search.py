@@ -525,7 +525,7 @@ def _begun_from(
     start = np.array([c.shapes.get(p.name, 0.0) for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T
-    priors = Priors(start, spread, low, high, np.array([p.by_log for _, p in free], dtype=bool))
+    priors = Priors(start, spread, low, high, np.array([p.smooths for _, p in free], dtype=bool))
     first = np.array([known.get(name, value) for name, value in zip(names, start, strict=True)])
     if noise is None:
         noise = [first_noise(box, [trial], setting.balances, first) for trial in setting.trials]

@@ -87,25 +87,3 @@ def test_dry_friction_reaches_more_than_nine_tenths_of_its_size_below_a_third_of
         widest = candidate.limits(corner)[1]
         at = NAMES | {p.name: 1.0 for p in friction.parameters} | {corner.name: widest, "v": speed / 3}
         assert -evaluate_numbers(friction.expression, at) > 0.9
-
-
-def test_what_friction_has_more_near_rest_is_felt_whatever_its_width() -> None:
-    """Else it is a law that acts nowhere, and any value of it is as good as any other: a spike within the corner of the friction."""
-    [friction] = [law for law in laws() if law.id == "stribeck_friction"]
-    place = Place("motion", "x", "N", {"v": "v"}, {}, UNITS, dict.fromkeys(UNITS, 1.0) | {"speed": 2.0})
-    [width] = [p for p in friction.parameters if p.by_log and not p.kind.startswith("force") and p.fitted]
-    for candidate in candidates_at([place], [friction]):
-        corner = candidate.shapes["vSharp"]
-        at = NAMES | {"fC": 0.0, "fExtra": 1.0, "vSharp": corner, width.name: candidate.limits(width)[0]}
-        felt = max(-evaluate_numbers(friction.expression, at | {"v": k * corner / 4}) for k in range(1, 40))
-        assert felt > 0.5
-
-
-def test_a_lag_is_no_longer_than_a_record_that_shows_it() -> None:
-    """What a signal follows within many records' time is a gain by another name: a lag of 25 s stood for an inertia 2 % off in trials of 10 s."""
-    record = 10.0
-    place = Place("input", "u", "V", {"u": "u"}, {}, UNITS, dict.fromkeys(UNITS, 1.0) | {"time": record})
-    lags = [law for law in laws() if law.id in ("input_lag", "input_delay")]
-    for candidate in candidates_at([place], lags):
-        [time] = candidate.fitted_shapes
-        assert 0 < candidate.limits(time)[0] < candidate.shapes[time.name] < candidate.limits(time)[1] < record
