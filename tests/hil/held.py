@@ -15,6 +15,9 @@ from hil.recording.records import Kind
 from hil.recording.replay import read_records
 
 PATIENCE_S = 60.0
+# After real nodes were woken a second passes; virtual ones are awake at once.
+SETTLE_S = 0.05
+BEGIN = f"import hil.barrett.start_up as start; start.SETTLE_S = {SETTLE_S}; from hil.cli import hil; hil()"
 # Rules that a machine breaks which stalls, and sessions that it may spoil in a row.
 STALLED, TRIES = {"positions_answered", "answered", "on_time", "watched", "force_bounded"}, 5
 
@@ -23,7 +26,7 @@ def hold(folder: Path, seconds: float) -> subprocess.Popen[str]:
     """Begin a session."""
     arguments = ["hold", "--virtual", "--seconds", str(seconds), "--out", str(folder), "--json", "-", "--rate", "100"]
     return subprocess.Popen(
-        [sys.executable, "-c", "from hil.cli import hil; hil()", *arguments],
+        [sys.executable, "-c", BEGIN, *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -57,7 +60,7 @@ def end_by(folder: Path, act: Callable[["subprocess.Popen[str]", Path], None], e
         deadline = time.monotonic() + PATIENCE_S
         while process.poll() is None and cycles_in(session) < 100:
             assert time.monotonic() < deadline, "the session did not begin to cycle"
-            time.sleep(0.1)
+            time.sleep(0.03)
         if process.poll() is None:
             act(process, session)
         output, errors = process.communicate(timeout=PATIENCE_S)

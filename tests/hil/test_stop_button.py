@@ -101,10 +101,11 @@ def _listening() -> list[tuple[str, int]]:
 
 
 def test_clients_that_connect_and_say_nothing_do_not_hold_the_button_up(flag: StopFlag) -> None:
-    silent = [socket.create_connection(("127.0.0.1", flag.port)) for _ in range(20)]
     began = time.monotonic()
+    silent = [socket.create_connection(("127.0.0.1", flag.port)) for _ in range(20)]
     assert ask(flag, "POST", f"/{flag.token}/stop")[0] == 303
-    assert time.monotonic() - began < 5.0  # each of them is waited for as long
+    # Each of them is waited for five seconds, and who finds no room in the queue comes again after one.
+    assert time.monotonic() - began < 1.0
     for each in silent:
         each.close()
 
