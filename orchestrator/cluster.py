@@ -6,6 +6,9 @@ from typing import Any
 
 from fmus.errors import MisfitError
 
+# A scheduler that has just been started may need so long.
+ANSWER_S = 5.0
+
 
 def client_of(address: str) -> Any:
     """Client of the Dask scheduler at an address; whoever asks closes it.
@@ -20,7 +23,7 @@ def client_of(address: str) -> Any:
             "--scheduler needs Dask; install it with: pip install 'misfit-fmu[dask]', here and on the workers"
         ) from error
     try:
-        return Client(address, timeout="5s", set_as_default=False)
+        return Client(address, timeout=ANSWER_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise MisfitError(
             f"no Dask scheduler answers at {address}; start one with `dask scheduler` and name it as tcp://HOST:8786"

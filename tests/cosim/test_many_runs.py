@@ -1,67 +1,42 @@
 """Runs after runs in one process leave nothing behind: no memory, no objects, no open files, no child processes."""
 
-import ctypes
-import gc
+import json
+import os
+import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-from faulty import held, left_behind
-from systems import pair
 
-from orchestrator.cosim import Simulation, System
-from orchestrator.cosim.container import container_of
-from orchestrator.cosim.load import load_system
+ROOT = Path(__file__).parents[2]
+RUNS = Path(__file__).with_name("runs.py")
 
 
-class _Heap(ctypes.Structure):
-    """`struct mallinfo2` of the GNU C library."""
-
-    _fields_ = [
-        (name, ctypes.c_size_t)
-        for name in ("arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "used", "free", "keepcost")
-    ]
-
-
-def heap_kib() -> float:
-    """What is in use of the C heap, in KiB."""
-    function = ctypes.CDLL(None).mallinfo2
-    function.restype = _Heap
-    return float(function().used) / 1024
-
-
-def system_of(kind: str, folder: Path) -> System:
-    return pair() if kind == "parts" else load_system(container_of(pair(), "pair", folder)[0][0])
-
-
-def run_often(what: System, runs: int) -> None:
-    for _ in range(runs):
-        with Simulation(what, step=1e-3, stop=0.01) as run:
-            run.run(0.01)
-    gc.collect()
+def left_by(kind: str, folder: Path, warm: int, runs: int) -> list[Any]:
+    """Growth of the heap in KiB, of objects and of blocks, and what is still open."""
+    command = [sys.executable, str(RUNS), kind, str(folder), str(warm), str(runs)]
+    path = os.pathsep.join(map(str, (RUNS.parent, ROOT)))
+    done = subprocess.run(
+        command, stdout=subprocess.PIPE, text=True, check=True, env={**os.environ, "PYTHONPATH": path}
+    )
+    return list(json.loads(done.stdout))
 
 
 @pytest.mark.parametrize("kind", ["parts", "one FMU"])
 def test_500_runs_leave_nothing_behind(kind: str, tmp_path: Path) -> None:
-    what = system_of(kind, tmp_path)
-    run_often(what, 100)
-    files, heap, objects = held(), heap_kib(), len(gc.get_objects())
-
-    run_often(what, 500)
+    heap, objects, _, still_open = left_by(kind, tmp_path, 100, 500)
 
     # 64 bytes a run: less than any instance, state or table takes.
-    assert heap_kib() - heap <= 32.0
-    assert len(gc.get_objects()) - objects < 250  # one a run would be 500
-    assert not left_behind(files)
+    assert heap <= 32.0
+    assert objects < 250  # one a run would be 500
+    assert still_open == []
 
 
 @pytest.mark.parametrize("kind", ["parts", "one FMU"])
 def test_5000_runs_take_no_more_memory(kind: str, tmp_path: Path) -> None:
-    what = system_of(kind, tmp_path)
-    run_often(what, 1000)
-    heap, blocks = heap_kib(), sys.getallocatedblocks()
+    heap, _, blocks, still_open = left_by(kind, tmp_path, 1000, 5000)
 
-    run_often(what, 5000)
-
-    assert heap_kib() - heap <= 64.0
-    assert sys.getallocatedblocks() - blocks < 2500  # one a run would be 5000
+    assert heap <= 64.0
+    assert blocks < 2500  # one a run would be 5000
+    assert still_open == []

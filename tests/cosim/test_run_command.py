@@ -330,7 +330,8 @@ def test_a_sweep_with_a_failed_run_exits_with_3(misfit: Misfit, pair: Path, tmp_
     ],
 )
 def test_wrong_usage_of_sweep_is_one_line(
-    misfit: Misfit, pair: Path, tmp_path: Path, arguments: list[str], words: str
+    misfit: Misfit, pair: Path, tmp_path: Path, arguments: list[str], words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("orchestrator.cluster.ANSWER_S", 0.2)
     code, _, said = misfit("sweep", pair, "--out", tmp_path / "study", "--workers", "1", *arguments)
     assert code == 2 and words in said and said.count("\n") == 1

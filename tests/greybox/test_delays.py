@@ -33,12 +33,14 @@ DELAY, STEP, SAMPLES = 0.035, 0.01, 250
 UNITS = {"tau": "N.m", "phi": "rad", "w": "rad/s"}
 
 
-def record(folder: Path, measured: Sequence[str], late: Sequence[str], *, straight: bool = True) -> Path:
+def record(
+    folder: Path, measured: Sequence[str], late: Sequence[str], *, straight: bool = True, said: str = ""
+) -> Path:
     """Three records by SciPy's solver; the sensors in `late` show what was 35 ms ago. Between samples the torque is straight, or the
-    sum of sines that was sampled."""
+    sum of sines that was sampled; the case file says that the one that is `said` is straight."""
     random, time = np.random.default_rng(5), np.arange(SAMPLES) * STEP
     (folder / "Pendulum.mo").write_text(PENDULUM)
-    (folder / "case.toml").write_text(three_trials({name: UNITS[name] for name in ("tau", *measured)}))
+    (folder / "case.toml").write_text(three_trials({name: UNITS[name] for name in ("tau", *measured)}, straight=said))
     for trial in (1, 2, 3):
         waves = list(zip(random.uniform(0.2, 1.5 if straight else 2.4, 4), random.uniform(0, 6.28, 4), strict=True))
 
@@ -81,7 +83,8 @@ def test_one_late_sensor_of_two_is_named_with_its_delay(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("measured", [("phi",), ("phi", "w")])
 def test_sensors_that_are_all_late_are_called_like_a_late_input(measured: tuple[str, ...], tmp_path: Path) -> None:
-    found = diagnosed(record(tmp_path, measured, measured))
+    # Asking how the torque runs takes two further searches of the angle alone.
+    found = diagnosed(record(tmp_path, measured, measured, said="" if "w" in measured else "tau"))
     assert found.verdict == "ambiguous"
     assert {"sensor_delay", "input_delay"} <= {name for group in found.confusable for name in group}
     assert all(value == pytest.approx(DELAY, rel=0.05) for value in named(found).values())

@@ -47,6 +47,10 @@ class Bench:
     def sleep(self, seconds: float) -> None:
         self.bus.sleep(seconds)
 
+    def close(self) -> None:
+        OPEN.remove(self.wire)
+        self.wire.close()
+
     def pilot(self, controller: Controller | None = None) -> Pilot:
         robot = self.started()
         # Away from the stops, so that the arm may be armed.

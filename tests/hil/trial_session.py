@@ -93,6 +93,7 @@ def run_trials(
     loop = Loop(there.wire, pilot, ExactTimer(there), recorder, watch=watch)
     summary = loop.run(lambda: Wishes(arm=not pilot.is_armed, over=controller.is_done))
     recorder.finish()
+    there.close()
     write_signals(folder, recorded_pilot(folder), {}, Proficio.frame)
     return Session(folder, summary, controller, decisions, speeds)
 

@@ -1,8 +1,11 @@
 """Small made-up results: an arm that lacks joint friction, on six trials of two joint angles."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
+import pytest
 
 from orchestrator.compare.result import Comparison, SetErrors, TrialCurves, TrialErrors
 from orchestrator.compare.where import findings, where_it_fails
@@ -12,6 +15,19 @@ from orchestrator.verdicts.result import Diagnosis, Estimate, HeldOut, NamedEffe
 FLOOR = 0.001
 COULOMB = NamedEffect("coulomb_friction", "joint1", {"tauC[1]": Estimate(0.0373, "N.m", (0.0361, 0.0385))})
 PAYLOAD = NamedEffect("payload", "wrist", {"m": Estimate(0.213, "kg", (0.198, 0.228))})
+
+
+@contextmanager
+def blank() -> Iterator[None]:
+    """Figures are made and not drawn."""
+    from matplotlib.figure import Figure
+
+    def save(figure: Figure, stream: Any, **_: object) -> None:
+        stream.write(b"blank")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", save)
+        yield
 
 
 def trial(index: int, held_out: bool, signals: Sequence[str], error: float, n: int, amplitude: float) -> TrialCurves:

@@ -3,19 +3,14 @@
 import json
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from orchestrator.study.muscles import MUSCLES
+from tests.in_process import misfit_here as misfit
 
-SMALL = ("study", "caregivers", "--caregivers", "1", "--seeds", "1", "--draws", "4", "--workers", "1")
-
-
-def misfit(*arguments: object) -> subprocess.CompletedProcess[str]:
-    program = str(Path(sys.executable).with_name("misfit"))
-    return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False)
+SMALL = ("study", "caregivers", "--caregivers", "1", "--seeds", "1", "--draws", "2", "--workers", "1")
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +25,7 @@ def test_study_writes_the_documented_json(done: tuple[subprocess.CompletedProces
     document = json.loads((folder / "s.json").read_text())
 
     assert document["schema"] == "misfit.study/1"
-    assert document["draws"] == 4
+    assert document["draws"] == 2
     assert document["corrections"]["n"] == 84
     assert {"slope", "r2"} <= set(document["corrections"])
     assert set(document["improvement"]) == set(MUSCLES)
@@ -68,7 +63,8 @@ def test_no_draws_are_refused_in_one_line() -> None:
     assert "Traceback" not in refused.stderr
 
 
-def test_a_scheduler_that_does_not_answer_is_named() -> None:
+def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("orchestrator.cluster.ANSWER_S", 0.2)
     refused = misfit(*SMALL, "--scheduler", "tcp://127.0.0.1:1")
 
     assert refused.returncode == 2

@@ -24,7 +24,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     whole = read_protocol("study")
     one = whole.trials[1]
     short = replace(whole, trials=(one,), rest=one.posture, settle_s=0.1, announce_s=0.5, confirm=False)
-    run_trials(folder, short, body="arm")
+    run_trials(folder, short, 250.0, body="arm")
     return folder
 
 
