@@ -9,8 +9,7 @@ from pathlib import Path
 
 from fmus.errors import ModelicaError
 from fmus.files import cache_folder, write_atomically
-from fmus.frontend import compile_class
-from fmus.frontend.compile import fingerprint
+from fmus.frontend.compile import compile_class, fingerprint
 from fmus.library import library_root
 from fmus.symbolic.balances import Balance, with_balances
 from fmus.symbolic.build import build_system

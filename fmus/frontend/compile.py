@@ -23,6 +23,8 @@ from fmus.frontend.rewrite import rewritten
 from fmus.library import libraries, library_root
 
 TIME_LIMIT_S = 120.0
+# rumoca looks whether it is in a notebook.
+NOT_NEEDED = "IPython"
 
 
 def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
@@ -104,7 +106,7 @@ def keep_dae(kept: Path, text: str) -> dict[str, Any]:
 def _run_compiler(model: str, file: Path | None, source: Path, roots: list[Path]) -> str:
     command = python_command("fmus.frontend.worker", model, str(source), *map(str, roots))
     try:
-        done = run_child(command, environment=child_environment(), timeout_s=TIME_LIMIT_S)
+        done = run_child(command, environment=child_environment(MISFIT_WITHOUT=NOT_NEEDED), timeout_s=TIME_LIMIT_S)
     except subprocess.TimeoutExpired:
         raise ModelicaError(f"compiling {model} took longer than {TIME_LIMIT_S:.0f} s; simplify the class") from None
     if done.returncode == 2:
@@ -144,7 +146,7 @@ def _surroundings() -> str:
         here / "worker.py",
         here / "closure.py",
         here / "rewrite.py",
-        here.parent / "flat" / "model.py",
+        here.parent / "flat" / "slim.py",
         *sorted((here / "lint").glob("*.py")),
     )
     for path in (*sorted(library_root().rglob("*.mo")), *own):

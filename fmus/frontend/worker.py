@@ -7,7 +7,7 @@ import json
 import os
 import sys
 
-from fmus.flat.model import slim
+from fmus.flat.slim import slim
 
 
 def main() -> int:

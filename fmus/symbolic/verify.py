@@ -8,8 +8,7 @@ import casadi as ca
 import numpy as np
 
 from fmus.errors import ModelicaError
-from fmus.flat import compare
-from fmus.flat.compare import Failure, delayed
+from fmus.flat.compare import Failure, compare, delayed
 from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 
 TOLERANCE = 1e-9

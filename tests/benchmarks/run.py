@@ -35,7 +35,7 @@ def _timed(work: Callable[[], object]) -> float:
 
 def _building(folder: Path) -> None:
     from fmus.catalogue import find_modelica_model
-    from fmus.frontend import compile_class
+    from fmus.frontend.compile import compile_class
     from fmus.package import build_fmu
     from fmus.symbolic.build import build_system
     from orchestrator.models.compiled import CompiledModel

@@ -10,7 +10,7 @@ import fmpy  # type: ignore[import-untyped]
 import numpy as np
 import pytest
 
-from fmus.frontend import compile_class
+from fmus.frontend.compile import compile_class
 from fmus.package import build_fmu
 from fmus.symbolic import build, events
 from fmus.symbolic.system import Relations, SymbolicSystem

@@ -11,7 +11,7 @@ from fmus.errors import ModelicaError
 from fmus.flat.evaluate import Unknown
 from fmus.flat.external import external
 from fmus.flat.functions import Functions
-from fmus.frontend import compile_class
+from fmus.frontend.compile import compile_class
 from fmus.symbolic import operators
 from fmus.symbolic.build import build_system
 

@@ -10,7 +10,7 @@ from fmus.catalogue import ModelicaModel, built_in_models
 from fmus.errors import ModelicaError
 from fmus.flat.evaluate import Evaluator
 from fmus.flat.expressions import Parser
-from fmus.frontend import compile_class
+from fmus.frontend.compile import compile_class
 from fmus.frontend.lint.tokens import tokens_of
 from fmus.symbolic import operators
 from fmus.symbolic.build import build_system
