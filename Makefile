@@ -9,6 +9,8 @@ DEMO := demo-results
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
+# Tests start many processes, and each would compile what it imports, pytest all assertions again.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo setup test test-slow test-all check docs bench bench-smoke bench-peers bench-diagnosis bench-regress bench-fmus lock clean
 
