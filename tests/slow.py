@@ -160,7 +160,7 @@ SLOW = {
         for machine in ("arm", "double-pendulum", "two-mass", "cart")
     },
     # 5,000 runs of a pair, 8 s each.
-    "tests/cosim/test_many_runs.py::test_5000_runs_take_no_more_memory": "test_500_runs_leave_nothing_behind in the same file",
+    "tests/cosim/test_many_runs.py::test_5000_runs_take_no_more_memory": "test_1000_runs_leave_nothing_behind in the same file",
     # Browsers.
     "tests/studio/test_bench_view_in_browser.py": "studio_views: the same pages without a browser",
     "tests/studio/test_uploaded_fmus_are_isolated.py::test_fmu_that_dies_is_told_in_one_line_and_the_studio_lives[exit": "the same test with a segmentation fault",

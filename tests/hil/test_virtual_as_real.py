@@ -10,12 +10,13 @@ from hil.bus.wire import Wire
 from hil.codecs.barrett.identifiers import Group, to_group, to_node
 from hil.codecs.barrett.properties import encode_value
 from hil.codecs.barrett.safety_module import Button
-from hil.codecs.barrett.tables import ABSOLUTE_ENCODER, Kind, properties
+from hil.codecs.barrett.tables import ABSOLUTE_ENCODER, MONITOR, Kind, properties
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame
 from hil.virtual.direct_bus import DirectBus
 from hil.virtual.made import Made
 from hil.virtual.robot import VirtualRobot
+from tests.hil.bench import Bench
 
 TORQUE_MODE = 2
 
@@ -42,6 +43,15 @@ def test_a_motor_with_an_absolute_encoder_says_where_its_rotor_is_whatever_it_wa
     assert turned == expected == ask(wire, 2, motor.numbers["MECH"], 0.01)
     assert turned != 0
     wire.close()
+
+
+def test_nodes_that_were_woken_are_left_alone_while_they_restart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hil.barrett.start_up.SETTLE_S", 0.7)  # other tests do not wait
+    bench = Bench()
+    bench.started()
+    waking = encode_value(MONITOR["STAT"], 2)
+    last = max(k for k, sent in enumerate(bench.sent) if sent.frame.data == waking)
+    assert bench.sent[last + 1].time_ns - bench.sent[last].time_ns >= 0.7e9
 
 
 def test_a_motor_says_its_supply_and_its_poles() -> None:
