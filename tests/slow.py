@@ -26,7 +26,7 @@ SLOW = {
         for name in (
             *(
                 f"a_rare_law_is_named_with_its_values[{law}]"
-                for law in ("rate", "saturation", "load", "moment", "square", "shaking", "dead_zone")
+                for law in ("rate", "saturation", "load", "moment", "square", "shaking", "dead_zone", "cube")
             ),
             "a_lag_of_a_linear_plants_input",
             "friction_that_grows_with_the_position",
@@ -184,6 +184,9 @@ FIRST = (
     "tests/studio/test_uploaded_fmus_are_isolated.py",
     "tests/studio/test_studio_in_browser.py",
     "tests/hil/test_processes.py",
+    "tests/cosim/test_fault_table.py",
+    "tests/hil/test_robot_component.py",
+    "tests/studio/test_first_screen.py",
     "tests/laws/test_discovered_laws.py",
     "tests/hil/test_trials.py",
     "tests/diagnosis/test_cards.py",
