@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fmus.errors import MisfitError
+from fmus.expressions import parsed_expression
 
 _FUNCTIONS = {
     "tanh": ca.tanh,
@@ -63,7 +64,7 @@ def evaluate(text: str, names: Mapping[str, Any], functions: Mapping[str, Any] =
         MisfitError: for what is no such expression, or a name without a value.
     """
     try:
-        tree = ast.parse(text.replace("^", "**"), mode="eval").body
+        tree = parsed_expression(text.replace("^", "**")).body
     except SyntaxError as error:
         raise MisfitError(f"law '{text}' cannot be read: {error.msg}") from error
     return _value(tree, names, text, functions)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
+from fmus.expressions import parsed_expression
 from orchestrator.regress.comparison.prepare import values_at
 from orchestrator.regress.comparison.signal import Signal
 
@@ -103,7 +104,7 @@ def variables_of(name: str, formula: str) -> tuple[str, ...]:
 
 def _parsed(name: str, formula: str) -> ast.Expression:
     try:
-        return ast.parse(formula.strip(), mode="eval")
+        return parsed_expression(formula.strip())
     except (SyntaxError, ValueError) as error:
         raise MisfitError(f"formula of {name}: {formula!r} cannot be read: {error}") from error
 
