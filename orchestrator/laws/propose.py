@@ -21,7 +21,7 @@ from orchestrator.verdicts.result import Diagnosis
 # A named answer that leaves more than this share of the missing force's power, or a held-out error of more than so many noise
 # floors, is looked behind.
 LEFT_OPEN, LEFT_OVER_FLOOR = 0.01, 1.5
-# A law that leaves more than noise of a held-out error has to take away this share of it.
+# A law has to take away this share of the held-out error that is left without it: by what the library names, if it names something.
 BETTER = 0.1
 
 
@@ -127,25 +127,24 @@ def _with_rivals(
 
 
 def _worse(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison, diagnosis: Diagnosis) -> bool:
-    """Whether held-out trials are worse with a law than with the model as given, or with what the library names."""
+    """Whether held-out trials are worse with a law than with the model as given, or not clearly better than with what the library
+    names."""
     limits = outcome.setting.thresholds
     if worse_on_held_out(outcome, law.fitted, given, after, limits):
         return True
     assert after.held_out is not None
     named = diagnosis.held_out.rmse_after
-    ratios = [after.held_out.rmse[s] / max(named[s], 1e-300) for s in outcome.case.signals]
-    return not foretells(float(np.sqrt(np.mean(np.square(ratios)))), after.held_out.over_floor, limits.worse)
+    return not clearly_better({s: (after.held_out.rmse[s], named[s]) for s in outcome.case.signals})
 
 
-def foretells(ratio: float, over_floor: float, worse: float) -> bool:
-    """Whether a held-out error is the noise and not much worse than without a law, or clearly better than without it.
+def clearly_better(errors: Mapping[str, tuple[float, float]]) -> bool:
+    """Whether held-out errors with a law are clearly smaller than without it: root mean square of their ratios over all signals.
 
     Args:
-        ratio: the error with the law over that without it.
-        over_floor: the error with the law, in noise floors.
-        worse: by what share an error may be worse by chance.
+        errors: of each signal, with the law and without it, in its unit.
     """
-    return ratio <= (1 + worse if over_floor <= LEFT_OVER_FLOOR else 1 - BETTER)
+    ratios = [after / max(before, 1e-300) for after, before in errors.values()]
+    return float(np.sqrt(np.mean(np.square(ratios)))) <= 1 - BETTER
 
 
 def _proposal(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison) -> LawProposal:
