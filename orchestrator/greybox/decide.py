@@ -150,10 +150,10 @@ class Judge:
         return (less.loss - best.loss) / max(given.loss - best.loss, 1e-9) >= limits.least_share
 
     def rivals(self, chosen: FittedSet, other: FittedSet) -> bool:
-        """Whether another set, no richer, explains the record as well and predicts it as well."""
+        """Whether another set, no richer, explains the record as well and predicts it as well, be it over whole trials."""
         if other is chosen or not other.candidates or other.key >= chosen.key:
             return False
-        if other.counted > chosen.counted or self.beyond_doubt(chosen, other):
+        if other.counted > chosen.counted or self.beyond_doubt(chosen, other) or self.defeats(chosen, other):
             return False
         return self.ratio(other, chosen) < 1 + self.limits.alike
 
