@@ -77,6 +77,8 @@ class Candidate:
         if parameter.along:
             return (0.0, math.inf) if self.place.sign > 0 else (-math.inf, 0.0)
         most = BLUNTEST * parameter.scale(self.place.scales) if parameter.smooths else parameter.most
+        if parameter.waves:
+            return _fewest(parameter, self.place), most
         return (0.0 if parameter.positive else -math.inf), most
 
     @property
@@ -141,9 +143,13 @@ def _variants(law: Law, place: Place, rare: bool) -> Iterator[Candidate]:
     for number, factors in enumerate(product(*(p.grid or (1.0,) for p in shaped))):
         values = {p.name: _value(p, factor, place) for p, factor in zip(shaped, factors, strict=True)}
         values |= {p.name: p.value for p in shaped if math.isfinite(p.value)}
-        if any(values[p.name] * place.range[1] < math.pi * p.waves for p in shaped):
-            continue  # less than a few waves are like a spring
-        yield Candidate(law, place, values, number, rare)
+        if all(values[p.name] >= _fewest(p, place) for p in shaped if p.waves):
+            yield Candidate(law, place, values, number, rare)
+
+
+def _fewest(parameter: LawParameter, place: Place) -> float:
+    """The least wavenumber of which the record shows as many waves as a law asks for: fewer are like a spring."""
+    return math.pi * parameter.waves / max(place.range[1], 1e-300)
 
 
 def _value(parameter: LawParameter, factor: float, place: Place) -> float:

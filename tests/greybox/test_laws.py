@@ -1,5 +1,6 @@
 """Every law of the library: its text can be evaluated, its units add up, and it vanishes without its gains."""
 
+import numpy as np
 import pytest
 
 from orchestrator.greybox.candidates import candidates_at
@@ -87,3 +88,17 @@ def test_dry_friction_reaches_more_than_nine_tenths_of_its_size_below_a_third_of
         widest = candidate.limits(corner)[1]
         at = NAMES | {p.name: 1.0 for p in friction.parameters} | {corner.name: widest, "v": speed / 3}
         assert -evaluate_numbers(friction.expression, at) > 0.9
+
+
+def test_a_force_that_repeats_shows_a_few_of_its_waves_whatever_is_fitted() -> None:
+    """Less than one wave is like a spring: it stood for the play of a coupling."""
+    [ripple] = [law for law in laws() if law.id == "force_ripple"]
+    half = 0.03
+    place = Place("motion", "x", "N", {"q": "x", "v": "v"}, {}, UNITS, dict.fromkeys(UNITS, half), range=(0.0, half))
+    [wavenumber] = [p for p in ripple.parameters if p.waves]
+    tried = candidates_at([place], [ripple])
+    assert tried
+    for candidate in tried:
+        fewest = candidate.limits(wavenumber)[0]
+        assert fewest * 2 * half == pytest.approx(2 * np.pi * wavenumber.waves)
+        assert candidate.shapes[wavenumber.name] >= fewest
