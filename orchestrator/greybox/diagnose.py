@@ -57,12 +57,14 @@ RETAPED = 2
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a search came to: the case with its setting, the model as given, and the decision."""
+    """What a search came to: the case with its setting, the model as given, and the decision; `was_cut`: it took all the work that
+    a search may take, and left sets untried."""
 
     case: Case
     setting: Setting
     nominal: FittedSet
     decision: Decision
+    was_cut: bool = False
 
     @property
     def scale(self) -> np.ndarray:
@@ -238,7 +240,7 @@ def decided(
             search.fit(other)
         wider = decided_among(search.sets)
         decision = _better(decision, wider, Judge(nominal, limits, _scale(setting)))
-    return Outcome(case, setting, nominal, decision)
+    return Outcome(case, setting, nominal, decision, search.was_cut)
 
 
 def _is_complete(decision: Decision, limits: Thresholds) -> bool:
@@ -530,6 +532,10 @@ def _warnings(outcome: Outcome, verdict: Verdict, reasons: Sequence[str]) -> lis
         found.append(f"{words} would be the same change of the model in other parameters")
     if not outcome.case.balances:
         found.append("the model has no balance equation, so effects were looked for at inputs and outputs only")
+    if outcome.was_cut:
+        found.append(
+            "the search ended before all sets of effects were tried, since runs of this model take long: thin the record out or shorten it to try more"
+        )
     return found
 
 

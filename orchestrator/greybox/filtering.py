@@ -157,6 +157,9 @@ class GreyBox:
         self.system, self.outputs, self.balances, self.theta = system, tuple(outputs), tuple(balances), tuple(theta)
         self.begin, self.unsure = begin, np.array(unsure, dtype=float)
         self.compiled = CompiledModel(system, outputs, (*balances, *theta), held=held)
+        # Of each run so far, also those of other threads: integration steps times the operations of one, about the squared number of
+        # states and two, and of states and slopes.
+        self.work: list[int] = []
 
     def run(
         self,
@@ -241,6 +244,7 @@ class GreyBox:
         wanted = [None if part is None else part.ctypes.data for part in matrices]
         places = [*(a.ctypes.data for a in (*own, steps, *result)), *wanted, *[None] * (7 - len(wanted))]
         request = _FilterProblem(len(self.balances), int(slopes), *places)
+        self.work.append(int(trial.parts.sum()) * ((nx + 2) ** 2 + nx * nt))
         reached = _library().misfit_filter_greybox(ctypes.byref(problem), ctypes.byref(request))
         if reached != n:
             raise ComponentError(f"{system.name} left the finite numbers at t = {trial.time[max(reached, 0)]:.4g} s")

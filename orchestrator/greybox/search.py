@@ -4,10 +4,11 @@ Sets are proposed by best subsets about the model as given, then about the best 
 Each set that was fitted keeps its loss by stretch of the record, which is what decisions compare.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -30,6 +31,9 @@ Progress = Callable[[str], None]
 Key = frozenset[tuple[str, str]]
 # By what steps are divided, in turn, where candidates leave the range of numbers.
 SHORTER = (1, 4, 16)
+# So many sets are begun or ended before it is asked whether there is work left.
+TOGETHER = 8
+Item = TypeVar("Item")
 NOTHING: Mapping[str, float] = {}
 
 
@@ -148,6 +152,9 @@ class Search:
         self.nominal = nominal
         self._extended: set[Key] = set()
         self._fitted_from: set[tuple[Key, Key]] = set()
+        self._work: list[list[int]] = []
+        self._most_work = setting.thresholds.most_work
+        self.was_cut = False
 
     def run(self) -> list[FittedSet]:
         """All sets that were fitted, best first."""
@@ -171,7 +178,16 @@ class Search:
                 self._try_alike(best)
                 if self.best is best:
                     break
+            if self._is_over():
+                break
         return self.sets
+
+    def _is_over(self) -> bool:
+        """Whether the runs so far took all the work that a search may take. Not a matter of time: the answer is the same on a slow
+        machine."""
+        over = sum(map(sum, self._work)) > self._most_work
+        self.was_cut |= over
+        return over
 
     def _extend(self, one: FittedSet) -> None:
         """Fit sets with one effect more."""
@@ -188,8 +204,10 @@ class Search:
         return sorted(self.fitted.values(), key=lambda s: s.loss)
 
     def widen(self, candidates: Sequence[Candidate], chosen: FittedSet) -> list[FittedSet]:
-        """Search on among more candidates, beside the set that was `chosen` first; what was fitted stays."""
+        """Search on among more candidates, beside the set that was `chosen` first; what was fitted stays. It may take as much
+        work as the first search."""
         self.candidates, self._extended = tuple(candidates), set()
+        self._most_work = sum(map(sum, self._work)) + self.setting.thresholds.most_work
         self._extend(chosen)
         self._try_whole(chosen)
         return self.run()
@@ -360,7 +378,7 @@ class Search:
 
     def fit(self, candidates: tuple[Candidate, ...], about: FittedSet | None = None) -> FittedSet | None:
         """The set with these candidates, fitted, from the values of the set `about` too if there is one; None if that fails."""
-        self._fit(candidates)
+        self._fit(candidates, asked=True)
         if (left := self.fitted.get(key_of(candidates))) is not None and not left.fit.ended:
             with suppress(ComponentError, np.linalg.LinAlgError):
                 self.fitted[left.key] = FittedSet(left.candidates, self.setting.fitter.end(left.fit))
@@ -377,24 +395,36 @@ class Search:
     def _fit_again(self, candidates: tuple[Candidate, ...], about: FittedSet | None = None) -> None:
         """Fit a set from the values of another one, or from none and noise of its own; the likelier fit stays."""
         for found in self._begun(candidates, about):
+            self._work.append(found.fit.box.work)
             self._keep(self._ended(lambda words: None, self.best, found))
 
-    def _fit_all(self, sets: Sequence[tuple[Candidate, ...]]) -> None:
+    def _fit_all(self, sets: Sequence[tuple[Candidate, ...]], *, asked: bool = False) -> None:
         """Fit new sets, those of one size side by side: larger ones begin at the values of smaller ones.
 
-        All begin before the first one is ended, so that each is ended only as far as it may still reach the likeliest.
+        All begin before the first one is ended, so that each is ended only as far as it may still reach the likeliest. Unless the
+        decision has `asked` for them, they are left once the search has taken its work.
         """
         fresh = {key: each for each in sets if (key := key_of(each)) not in self.fitted}
         trying = counting(self.progress, "trying", len(fresh))
         started: list[FittedSet] = []
         for size in sorted({len(each) for each in fresh.values()}):
             same = [each for each in fresh.values() if len(each) == size]
-            for found in on_idle_threads(partial(self._begun_from_nearest, trying), same):
-                started += found
-                self._keep(found)
+            for some in self._while_work_is_left(same, asked):
+                for found in on_idle_threads(partial(self._begun_from_nearest, trying), some):
+                    started += found
+                    self._work += [each.fit.box.work for each in found]
+                    self._keep(found)
         end = partial(self._ended, counting(self.progress, "fitting", len(started)), self.best)
-        for found in on_idle_threads(end, started):
-            self._keep(found)
+        for begun_sets in self._while_work_is_left(started, asked):
+            for found in on_idle_threads(end, begun_sets):
+                self._keep(found)
+
+    def _while_work_is_left(self, items: Sequence[Item], asked: bool) -> Iterator[Sequence[Item]]:
+        """A few at a time, as many whatever the number of workers; all of them if they are asked for."""
+        for first in range(0, len(items), TOGETHER):
+            if self._is_over() and not asked:
+                return
+            yield items[first : first + TOGETHER]
 
     def _keep(self, found: Sequence[FittedSet]) -> None:
         """Sets that are likelier than what was fitted before in their place."""
@@ -403,8 +433,8 @@ class Search:
             if known is None or each.loss <= known.loss:
                 self.fitted[each.key] = each
 
-    def _fit(self, candidates: tuple[Candidate, ...]) -> None:
-        self._fit_all([candidates])
+    def _fit(self, candidates: tuple[Candidate, ...], *, asked: bool = False) -> None:
+        self._fit_all([candidates], asked=asked)
 
     def _begun_from_nearest(self, trying: Callable[[str], None], candidates: tuple[Candidate, ...]) -> list[FittedSet]:
         trying(_in_words(candidates))

@@ -11,7 +11,8 @@ class Thresholds:
     the best `singles` of one effect, among all sets and among those of forces alone. About the `extended` best sets `additions` further
     effects are tried, in at most `rounds`, up to `most_effects`. What makes left-out
     blocks less probable by more than `hopeless` nats is not fitted. All parameters of a model that has no more than
-    `most_parameters` are tried as wrong together.
+    `most_parameters` are tried as wrong together. What runs of the filter take is counted (`GreyBox.work`), and after `most_work`
+    nothing more is fitted but what the decision asks for.
 
     A periodic force is tried where the strongest of all frequencies would be as strong `by_chance` no more often than this.
 
@@ -46,6 +47,7 @@ class Thresholds:
     rounds: int = 4
     most_effects: int = 4
     most_parameters: int = 12
+    most_work: float = 2e9
     by_chance: float = 1e-3
     hopeless: float = 5.0
     standard_errors: float = 1.64

@@ -8,6 +8,9 @@ import pytest
 from fmus.errors import ComponentError
 from orchestrator.elapsed import Elapsed
 from orchestrator.greybox.search import Search
+from orchestrator.greybox.thresholds import Thresholds
+
+NOT_RUN = SimpleNamespace(box=SimpleNamespace(work=[]))
 
 
 def candidate(id: str, site: str = "x") -> Any:
@@ -23,10 +26,10 @@ def test_each_set_is_named_with_its_number_among_those_that_are_tried_and_then_a
     def fails(begun: Any, rival: float) -> Any:
         raise ComponentError("no matter what is said")
 
-    setting = SimpleNamespace(fitter=SimpleNamespace(end=fails))
+    setting = SimpleNamespace(fitter=SimpleNamespace(end=fails), thresholds=Thresholds())
     search = Search(setting, (), nothing, said.append)  # type: ignore[arg-type]
     begun: Any = SimpleNamespace(
-        key=frozenset({("drag", "x")}), candidates=(candidate("drag"),), loss=1.0, counted=1, fit=None
+        key=frozenset({("drag", "x")}), candidates=(candidate("drag"),), loss=1.0, counted=1, fit=NOT_RUN
     )
     monkeypatch.setattr(search, "_begun", lambda candidates, about: [begun] if len(candidates) < 3 else [])
     drag, spring = candidate("drag"), candidate("spring")
