@@ -133,7 +133,8 @@ def _shipped(effect: NamedEffect, plant: Plant, known: dict[str, np.ndarray]) ->
     """The force of an effect of the library; no number for what changes a parameter, input or output, or acts between balances."""
     for law in laws():
         public = {p.name: next((n for n in (p.name, law.renamed.get("N.m", {}).get(p.name)) if n in effect.parameters), "") for p in law.parameters}  # fmt: skip
-        moving = [s for s in plant.names if _site(plant, s) == effect.site]
+        # A speed is called by its position, which is a state as well.
+        moving = sorted((s for s in plant.names if _site(plant, s) == effect.site), key=lambda s: s == effect.site)
         if (
             effect.id in (law.id, *law.names.values())
             and all(public.values())
