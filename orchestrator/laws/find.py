@@ -117,6 +117,9 @@ def find_laws(
             until = began + limits.seconds * (k + 1) / len(abouts)
             guesses, count = guessed(outcome, about, progress)
             found += _fitted(outcome, about, guesses, limits, until, progress)
+            if about.candidates:  # what is seen from near the record may be all that is missing
+                alone = replace(limits, fitted=limits.fitted[:1])
+                found += _fitted(outcome, outcome.nominal, guesses, alone, until, progress)
             looked_at += count
         return _judged(outcome, abouts, found, looked_at, limits, progress)
 
@@ -271,7 +274,8 @@ def _foretelling(found: Sequence[FoundLaw], judge: Judge) -> list[FoundLaw]:
 
 
 def _better(law: FoundLaw, judge: Judge, limits: Limits) -> bool:
-    """Whether a law makes the record more probable beyond doubt, takes away what is missing, and predicts better.
+    """Whether a law makes the record more probable beyond doubt, takes away what is missing, and predicts better, or no worse with
+    fewer constants.
 
     Other values of the model's parameters are beaten by clearly better predictions of fewer constants, too: a loop of filter and
     model that is a little wrong everywhere makes the record probable, and yet does not foretell it.
@@ -281,7 +285,8 @@ def _better(law: FoundLaw, judge: Judge, limits: Limits) -> bool:
         return True
     if not judge.beyond_doubt(law.fitted, about) or judge.explained(law.fitted) < limits.explained:
         return False
-    return judge.best_ratio(law.fitted, about) < 1 - limits.improvement
+    simpler = law.fitted.counted < about.counted
+    return judge.best_ratio(law.fitted, about) < (1 + judge.limits.worse if simpler else 1 - limits.improvement)
 
 
 def _to_the_end(outcome: Outcome, law: FoundLaw) -> FoundLaw:

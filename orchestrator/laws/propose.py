@@ -7,6 +7,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmus.errors import ComponentError
+from orchestrator.compare.comparison import error_left, over_floor
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.greybox.decide import Judge
@@ -16,6 +17,7 @@ from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
 from orchestrator.laws.find import FoundLaw, find_laws
 from orchestrator.laws.proposal import LawProposal, proposal_of
 from orchestrator.measurements import MeasurementSet
+from orchestrator.verdicts.gate import doubted
 from orchestrator.verdicts.result import Diagnosis
 
 # A named answer that leaves more than this share of the missing force's power, or a held-out error of more than so many noise
@@ -67,7 +69,27 @@ def with_laws(
         )
     if expected and not found:
         return _warned(diagnosis, "no formula explains the record beyond doubt and foretells held-out trials better")
-    return replace(diagnosis, laws=found)
+    told = replace(diagnosis, laws=found)
+    return doubted_for(found[0], told, diagnosis.search.setting.thresholds.complete_share) if found else told
+
+
+def doubted_for(law: LawProposal, diagnosis: Diagnosis, share: float) -> Diagnosis:
+    """A diagnosis that names nothing where a law in place of what is named leaves no more than a share of the held-out error, squared
+    and beyond the noise, that this leaves: what is named only came near it.
+
+    Args:
+        law: the proposal that is shown first.
+        diagnosis: what the library says.
+        share: of squared errors, 0 to 1.
+    """
+    beside = {(effect.id, effect.site) for effect in law.beside}
+    before, floor = diagnosis.held_out.rmse_after, diagnosis.noise_floor
+    left = error_left(before, law.held_out_after, floor)
+    if over_floor(before, floor) <= LEFT_OVER_FLOOR or left > share:
+        return diagnosis
+    if all((effect.id, effect.site) in beside for effect in diagnosis.effects):
+        return diagnosis
+    return doubted(diagnosis, f"a formula in its place leaves {left:.0%} of what it leaves of held-out errors, squared")
 
 
 def _warned(diagnosis: Diagnosis, note: str) -> Diagnosis:
@@ -134,17 +156,20 @@ def _worse(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison
         return True
     assert after.held_out is not None
     named = diagnosis.held_out.rmse_after
-    return not clearly_better({s: (after.held_out.rmse[s], named[s]) for s in outcome.case.signals})
+    return left_of({s: (after.held_out.rmse[s], named[s]) for s in outcome.case.signals}) > 1 - BETTER
 
 
-def clearly_better(errors: Mapping[str, tuple[float, float]]) -> bool:
-    """Whether held-out errors with a law are clearly smaller than without it: root mean square of their ratios over all signals.
+def left_of(errors: Mapping[str, tuple[float, float]]) -> float:
+    """Held-out errors with a law over those without it, as root mean square over all signals.
+
+    >>> left_of({"x": (0.8, 0.8), "y": (0.0, 3.0)})
+    0.7071067811865476
 
     Args:
         errors: of each signal, with the law and without it, in its unit.
     """
     ratios = [after / max(before, 1e-300) for after, before in errors.values()]
-    return float(np.sqrt(np.mean(np.square(ratios)))) <= 1 - BETTER
+    return float(np.sqrt(np.mean(np.square(ratios))))
 
 
 def _proposal(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison) -> LawProposal:

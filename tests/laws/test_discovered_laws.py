@@ -20,11 +20,12 @@ from orchestrator.discover import Discovery, discover
 from orchestrator.explain import explain
 from orchestrator.greybox.interpolation import RunsOtherwise
 from orchestrator.greybox.laws import own_laws
-from orchestrator.laws.propose import clearly_better
+from orchestrator.laws.proposal import LawProposal
+from orchestrator.laws.propose import BETTER, doubted_for, left_of
 from orchestrator.measurements import MeasurementSet, load_measurements
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.report.html import discovery_report
-from orchestrator.verdicts.result import Diagnosis
+from orchestrator.verdicts.result import Diagnosis, NamedEffect
 
 
 def _found(folder: Path, **options: object) -> Discovery:
@@ -135,12 +136,33 @@ def test_all_is_searched_again_where_a_formula_tells_that_an_input_ran_otherwise
 
 
 def test_a_formula_that_leaves_nearly_all_of_a_held_out_error_is_withheld() -> None:
-    assert not clearly_better({"h": (12.0, 13.0)})  # cascaded tanks, in mm: a loss with the square of the inflow
-    assert not clearly_better(
-        {"x": (0.390, 0.426)}
-    )  # a cart on an air track, in mm: four constants beside its viscous friction
-    assert clearly_better({"x": (0.8, 0.9), "y": (0.2, 0.9)})
-    assert not clearly_better({"x": (1.5, 0.9), "y": (0.2, 0.9)})
+    most = 1 - BETTER
+    assert left_of({"h": (12.0, 13.0)}) > most  # cascaded tanks, in mm: a loss with the square of the inflow
+    # A cart on an air track, in mm: four constants beside its viscous friction.
+    assert left_of({"x": (0.390, 0.426)}) > most
+    assert left_of({"x": (0.8, 0.9), "y": (0.2, 0.9)}) < most < left_of({"x": (1.5, 0.9), "y": (0.2, 0.9)})
+
+
+def test_effects_that_only_come_near_what_a_formula_is_are_not_named(braked: tuple[Path, Discovery]) -> None:
+    law, found = braked[1].laws[0], braked[1].diagnosis
+    near = NamedEffect("coulomb_friction", "x", {})
+
+    def named(floors: float) -> Diagnosis:
+        held_out = replace(found.held_out, rmse_after={"x": floors * found.noise_floor["x"]})
+        return replace(found, verdict="named", effects=(near,), best=(), held_out=held_out)
+
+    def leaving(floors: float) -> LawProposal:
+        return replace(law, held_out_after={"x": floors * found.noise_floor["x"]})
+
+    doubted = doubted_for(leaving(3.0), named(12.0), 0.1)
+    assert doubted.verdict == "unknown" and not doubted.effects and doubted.best == (near,)
+    assert doubted.held_out.rmse_after == doubted.held_out.rmse_before and len(doubted.steps) == 1
+    assert any(
+        "leaves 6% of what it leaves of held-out errors" in note for note in doubted.warnings
+    )  # (9 - 1) / (144 - 1)
+    assert doubted_for(leaving(6.0), named(12.0), 0.1).verdict == "named"
+    assert doubted_for(leaving(1.0), named(1.4), 0.1).verdict == "named"  # the noise
+    assert doubted_for(replace(leaving(3.0), beside=(near,)), named(12.0), 0.1).verdict == "named"
 
 
 @pytest.mark.parametrize("seed", [1, 2])
