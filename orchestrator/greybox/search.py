@@ -422,7 +422,7 @@ class Search:
     def _while_work_is_left(self, items: Sequence[Item], asked: bool) -> Iterator[Sequence[Item]]:
         """A few at a time, as many whatever the number of workers; all of them if they are asked for."""
         for first in range(0, len(items), TOGETHER):
-            if self._is_over() and not asked:
+            if not asked and self._is_over():
                 return
             yield items[first : first + TOGETHER]
 
