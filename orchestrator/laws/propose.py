@@ -156,20 +156,9 @@ def _worse(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison
         return True
     assert after.held_out is not None
     named = diagnosis.held_out.rmse_after
-    return left_of({s: (after.held_out.rmse[s], named[s]) for s in outcome.case.signals}) > 1 - BETTER
-
-
-def left_of(errors: Mapping[str, tuple[float, float]]) -> float:
-    """Held-out errors with a law over those without it, as root mean square over all signals.
-
-    >>> left_of({"x": (0.8, 0.8), "y": (0.0, 3.0)})
-    0.7071067811865476
-
-    Args:
-        errors: of each signal, with the law and without it, in its unit.
-    """
-    ratios = [after / max(before, 1e-300) for after, before in errors.values()]
-    return float(np.sqrt(np.mean(np.square(ratios))))
+    signals = outcome.case.signals
+    left = over_floor({s: after.held_out.rmse[s] for s in signals}, {s: max(named[s], 1e-300) for s in signals})
+    return left > 1 - BETTER
 
 
 def _proposal(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison) -> LawProposal:
