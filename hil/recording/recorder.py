@@ -2,6 +2,8 @@
 
 import os
 import subprocess
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 from fmus.children import child_environment, python_command
@@ -25,8 +27,12 @@ class Recorder:
     # Records that the process had taken when it was last seen to take any, and when that was.
     _taken = _taken_ns = 0
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, clock: Callable[[], int] = time.monotonic_ns) -> None:
         """Begin.
+
+        Args:
+            folder: where the recording goes.
+            clock: the time (ns) in which the process that writes lives: real time, also where the session's is virtual.
 
         Raises:
             MisfitError: if the folder holds a recording already, or cannot be written.
@@ -38,17 +44,18 @@ class Recorder:
             (folder / FRAMES).touch()
         except OSError as error:
             raise MisfitError(f"{folder} cannot be written: {error.strerror}") from error
-        self.folder, self.ring = folder, Ring.create()
+        self.folder, self.ring, self._clock = folder, Ring.create(), clock
         self._process = subprocess.Popen(
             python_command("hil.recording.writer", str(self.ring.path), str(folder / FRAMES)),
             env=child_environment(),
             start_new_session=True,  # a closed terminal must not stop it
         )
 
-    def keeps_up(self, now_ns: int) -> bool:
-        """Whether everything is still recorded, at a monotonic time (ns); `trouble` says why not."""
+    def keeps_up(self) -> bool:
+        """Whether everything is still recorded; `trouble` says why not."""
         if self.trouble:
             return False
+        now_ns = self._clock()
         if self.ring.is_empty or self.ring.taken != self._taken or not self._taken_ns:
             self._taken, self._taken_ns = self.ring.taken, now_ns
         silent_ns = now_ns - self._taken_ns

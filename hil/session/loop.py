@@ -140,7 +140,7 @@ class Loop:
         self._last_cycle_ns = start_ns
         self.wire.send(*self.pilot.requests(frames))
         frames += self._answers(start_ns)
-        recording = self.recorder is None or self.recorder.keeps_up(self.wire.now())
+        recording = self.recorder is None or self.recorder.keeps_up()
         silent = self.heartbeat is not None and self.heartbeat.is_watchdog_silent(self.wire.now())
         watched = self.heartbeat is None or (self.heartbeat.is_watched and not silent)
         wishes = (wish.arm, wish.abort, recording, wish.over, watched, wish.confirm, silent, self.asked())
