@@ -49,7 +49,7 @@ class Writer:
 def recorder() -> Recorder:
     """The loop's side of a recording that nobody writes to a disk."""
     found = Recorder.__new__(Recorder)
-    found.ring, found._process = Ring.create(20_000), Writer()  # type: ignore[assignment]
+    found.ring, found._process, found._clock = Ring.create(20_000), Writer(), time.monotonic_ns  # type: ignore[assignment]
     return found
 
 
