@@ -31,6 +31,7 @@ from orchestrator.gp.trials.witness import document, sentences, witness_function
 from orchestrator.greybox.diagnose import Outcome, diagnose_greybox, within_noise
 from orchestrator.greybox.interpolation import RunsOtherwise, held_for_nothing, held_otherwise
 from orchestrator.greybox.laws import Law
+from orchestrator.greybox.laws import laws as shipped
 from orchestrator.greybox.other_answer import OtherAnswer, other_answer
 from orchestrator.greybox.tape import can_be_taped
 from orchestrator.greybox.thresholds import Thresholds
@@ -45,6 +46,7 @@ from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
 from orchestrator.versions import extended_class
 from orchestrator.work import Work
+from orchestrator.wrong_parameters import or_wrong_parameters
 
 # An error along learning trials of so many times the floor asks for a look at the balance equations, whatever was named.
 MUCH_LEFT = 2.0
@@ -166,6 +168,8 @@ def _diagnosed(
         # Numbers that the search cannot go on with; CasADi reports what it cannot do as RuntimeError.
         except (RuntimeError, ArithmeticError, LookupError, ValueError) as error:
             found = search_failed(given, error)
+        if not isinstance(source, FmuSource):
+            found = or_wrong_parameters(source, measurements, found, given, workers, progress)
         other = None if closed else _in_grey_box(source, found, measurements, library)
         if other is not None:
             incomplete = found.verdict == "named" and other.unexplained > Thresholds().complete_share
@@ -218,7 +222,7 @@ def _by_greybox(
     asked: Sequence[str],
 ) -> Diagnosis:
     return diagnose_greybox(
-        source, measurements, given=given, workers=workers, progress=progress, more=laws, asked=asked
+        source, measurements, given=given, workers=workers, progress=progress, library=(*shipped(), *laws), asked=asked
     )
 
 

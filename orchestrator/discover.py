@@ -93,11 +93,12 @@ def discover(
     entries = [record(folder, source.name, source, given, (), nominal, measurements)]
     versions = []
     for step in diagnosis.steps[1:]:
-        progress(f"building the model with {' + '.join(effect.id for effect in step.effects)}")
+        added = " + ".join(effect.id for effect in step.effects) or "parameters fitted within their tolerances"
+        progress(f"building the model with {added}")
         try:
             version = add_effects(source, step.effects, folder, cards, step.adjusted, own_laws)
         except MisfitError as error:
-            note = f"no model with {' + '.join(effect.id for effect in step.effects)} was written: {error}"
+            note = f"no model with {added} was written: {error}"
             diagnosis = replace(diagnosis, warnings=(*diagnosis.warnings, note))
             continue
         again = compare(
@@ -107,7 +108,9 @@ def discover(
             floor=nominal.noise_floor,
         )
         name = version.source.name
-        entries.append(record(folder, name, version.source, version.model, step.effects, again, measurements))
+        adjusted = sorted(step.adjusted, key=lambda each: -abs(each.share))
+        effects = step.effects or [each.as_effect() for each in adjusted]
+        entries.append(record(folder, name, version.source, version.model, effects, again, measurements))
         versions.append(version)
     for number, curve in enumerate(diagnosis.latent_forces, start=1):
         write_atomically(folder / f"draft_{number}.toml", curve.draft_card(number).encode())

@@ -86,7 +86,7 @@ def extended_class(
     effect_set, values = _placed(base, effects, cards)
     attachments = effect_set.attachments(values)
     changed = with_neighbours(base.compile(), adjusted)
-    comment = f"{base.class_name} with {', '.join(effect.id for effect in effects)}"
+    comment = f"{base.class_name} with {', '.join(effect.id for effect in effects) or 'its parameters fitted'}"
     if adjusted:
         comment += f"; adjusted within tolerances: {', '.join(map(str, adjusted))}"
     name = f"{base.class_name.rsplit('.', 1)[-1]}_{len(effects)}"

@@ -16,6 +16,7 @@ from orchestrator.diagnosis.advise.left_open import with_open_questions
 from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack, with_law
 from orchestrator.diagnosis.background import Background
 from orchestrator.diagnosis.decide.confusion import rivals
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, refit
 from orchestrator.diagnosis.linear.carried_noise import NoiseOfSignals
 from orchestrator.diagnosis.prepared import Prepared, prepared
@@ -32,13 +33,15 @@ from orchestrator.library.cards import EffectCard
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.estimation import Z90
 from orchestrator.models.threads import threads
-from orchestrator.verdicts.result import Diagnosis, Estimate, NamedEffect
+from orchestrator.verdicts.result import Diagnosis, Estimate, NamedEffect, Step, reducible_removed
 from orchestrator.work import Work
 
 __all__ = ["named_effects", "search_slots", "version_name"]
 
 # What takes the place of the best set may itself be collinear with a likelier one: a torque pair that is an encoder's offset.
 MOST_SECOND_THOUGHTS = 2
+# So many parameters that were fitted within their tolerances are listed in a note; all stand in the result.
+MOST_ADJUSTED = 4
 # Trials are cut into shorter and shorter stretches at most so often.
 MOST_CUTS = 3
 
@@ -142,6 +145,9 @@ def _diagnosed(
     named = best if found.verdict in ("named", "ambiguous") else None
     found = replace(found, where=with_law(where, asked.plain, named, searcher.learning))
     found = _with_what_was_fitted(found, named or base)
+    if found.verdict == "adequate" and found.adjusted:
+        after = referee.compared(base, EffectSet(source, (), asked.plain.signals).fixed(np.zeros(0), source.name))
+        found = _within_tolerances(found, after)
     of_data = asked.notes((*searcher.learning.trials, *held_out.trials))
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
     found = replace(found, warnings=(*found.warnings, *of_data), tried=outcomes)
@@ -211,9 +217,21 @@ def _settled(searcher: Searcher, path: list[Accepted]) -> list[Accepted]:
 def _with_what_was_fitted(found: Diagnosis, fitted: Refit) -> Diagnosis:
     """With the model's own parameters that a set's fit moved within their tolerances, and its clock."""
     adjusted = adjusted_parameters(fitted)
-    notes = [f"fitted within stated tolerances, and so in a patched model: {', '.join(map(str, adjusted))}"]
+    by_share = sorted(adjusted, key=lambda each: -abs(each.share))
+    far, others = by_share[:MOST_ADJUSTED], len(by_share[MOST_ADJUSTED:])
+    words = ", ".join([*map(str, far), *([f"{others} others by less"] if others else [])])
+    notes = [f"fitted within stated tolerances, and so in a patched model: {words}"]
     warnings = (*found.warnings, *(notes if adjusted else ()))
     return replace(found, warnings=warnings, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
+
+
+def _within_tolerances(found: Diagnosis, after: Comparison) -> Diagnosis:
+    """With the model whose parameters were fitted within their tolerances, and its comparison: no more than these were needed."""
+    given = found.steps[0].comparison
+    assert given.held_out is not None and after.held_out is not None
+    removed = reducible_removed(given.held_out.over_floor, after.held_out.over_floor)
+    held_out = replace(found.held_out, rmse_after=after.held_out.rmse, reducible_removed=removed)
+    return replace(found, steps=(*found.steps, Step((), after, found.adjusted)), held_out=held_out)
 
 
 def named_effects(found: Refit) -> tuple[NamedEffect, ...]:

@@ -26,7 +26,7 @@ from orchestrator.greybox.explained import leaves_nothing
 from orchestrator.greybox.extended import OUTPUT, extend
 from orchestrator.greybox.fit import Fitter, Noise
 from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
-from orchestrator.greybox.laws import Law, laws
+from orchestrator.greybox.laws import Law
 from orchestrator.greybox.mirrored import is_one_delay, mirrored
 from orchestrator.greybox.prediction import foretold, squared_errors
 from orchestrator.greybox.prepare import first_noise, least_noise
@@ -80,13 +80,10 @@ def diagnose_greybox(
     workers: int = 2,
     progress: Progress = lambda message: None,
     limits: Thresholds | None = None,
-    more: Sequence[Law] = (),
+    library: Sequence[Law] | None = None,
     asked: Sequence[str] = (),
 ) -> Diagnosis:
-    """Find which effects a model lacks at its balance equations, inputs and outputs; `more` are laws beside the shipped ones.
-
-    `given` is the comparison of the model as it is, which is made if it is left out. `asked` are inputs whose course between
-    samples nobody has said.
+    """Find which effects a model lacks at its balance equations, inputs and outputs.
 
     Args:
         source: the model: a Modelica class, or an FMU that can be asked for its rates.
@@ -95,7 +92,8 @@ def diagnose_greybox(
         workers: fits that run at a time.
         progress: called with one line at each stage.
         limits: thresholds of search and decision, the shipped ones by default.
-        more: laws beside the shipped ones.
+        library: the laws to choose from, the shipped ones by default.
+        asked: inputs whose course between samples nobody has said.
 
     Returns:
         The verdict with effects, values in SI units and evidence; the search itself is in `search`.
@@ -123,13 +121,13 @@ def diagnose_greybox(
             return not signals or within_noise(given, limits.agrees, signals)
 
         try:
-            outcome = decided(case, limits, progress, more, asked, agrees=agrees)
+            outcome = decided(case, limits, progress, library, asked, agrees=agrees)
             for _ in range(RETAPED if isinstance(source, FmuSource) else 0):
                 again = _about_its_answer(outcome, limits)
                 if again is None:
                     break
                 progress("looking at the FMU's rates once more, with what was found")
-                outcome = decided(again, limits, progress, more, asked, agrees=agrees)
+                outcome = decided(again, limits, progress, library, asked, agrees=agrees)
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -167,22 +165,19 @@ def decided(
     case: Case,
     limits: Thresholds,
     progress: Progress,
-    more: Sequence[Law] = (),
+    library: Sequence[Law] | None = None,
     asked: Sequence[str] = (),
     *,
     agrees: Callable[[Sequence[str]], bool] = lambda signals: True,
 ) -> Outcome:
     """The search for effects and its decision, without held-out trials.
 
-    `more` are laws beside the shipped ones, `asked` inputs that may run otherwise between samples, which stops the search.
-    `agrees`: free runs of the model as given stay within the noise; without that no
-    model is adequate.
-
     Args:
         case: the model beside its trials.
         limits: thresholds of search and decision.
         progress: called with one line at each stage.
-        more: laws beside the shipped ones.
+        library: the laws to choose from, the shipped ones by default.
+        asked: inputs that may run otherwise between samples, which stops the search.
         agrees: whether free runs of the model as given stay within the noise of some signals; without that no model is
             adequate. Of a plant that falls over without its controller no free run can tell, and only the likelihood counts.
     """
@@ -194,7 +189,7 @@ def decided(
     # A loop holds the outputs of a wrong model where they should be, sample by sample, and its free runs go astray.
     told = foretold(nominal.fit, _scale(setting), case.signals)
     adequate = (needless or (louder < limits.louder and len(told) == len(case.signals))) and agrees(told)
-    candidates = () if adequate else all_candidates(case, nominal, (*laws(), *more))
+    candidates = () if adequate else all_candidates(case, nominal, library)
     common = [c for c in candidates if not c.rare]
     progress(f"{len(common)} candidates at {len({c.place.site for c in common})} places")
 

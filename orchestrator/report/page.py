@@ -9,7 +9,7 @@ from orchestrator.ledger import LedgerEntry
 from orchestrator.report.answer.rivals import plain_reason
 from orchestrator.report.answer.words import share, what
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
-from orchestrator.report.sentences import effect_name, errors, ranked_name
+from orchestrator.report.sentences import effect_name, errors, most_of, ranked_name
 from orchestrator.report.summary import Fact
 from orchestrator.verdicts.open_questions import CollinearPair, Coverage
 from orchestrator.verdicts.result import HeldOut, NamedEffect, RankedSet, Tried
@@ -131,7 +131,8 @@ def versions_table(entries: Sequence[LedgerEntry]) -> PageTable:
     for entry in entries:
         held_out = "none" if entry.held_out is None else errors(entry.held_out.rmse, entry.units)
         decisive = entry.learning if entry.held_out is None else entry.held_out
-        effects = ", ".join(effect_name(effect) for effect in entry.effects) or "as given"
+        listed, others = most_of(entry.effects)
+        effects = ", ".join(filter(None, [*map(effect_name, listed), others])) or "as given"
         learning = errors(entry.learning.rmse, entry.units)
         rows.append((str(entry.version), entry.name, effects, learning, held_out, digits(decisive.over_floor)))
     headings = ("version", "name", "effects in it", "learning error", "held-out error", "times the floor")

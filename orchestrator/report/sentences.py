@@ -11,6 +11,9 @@ from orchestrator.report.answer.words import joined, name_of, what
 from orchestrator.report.numbers import percent, quantity, ratio
 from orchestrator.verdicts.result import Diagnosis, NamedEffect, RankedSet
 
+# Effects of a version that a table lists.
+MOST_LISTED = 4
+
 
 def effect_name(effect: NamedEffect) -> str:
     """Return an effect and its site as words.
@@ -20,6 +23,12 @@ def effect_name(effect: NamedEffect) -> str:
         'Coulomb friction at joint1'
     """
     return what({"id": effect.id, "site": effect.site})
+
+
+def most_of(effects: Sequence[NamedEffect]) -> tuple[Sequence[NamedEffect], str]:
+    """The effects that a table lists, and a line for those that it does not: a model may have many fitted parameters."""
+    left = len(effects) - MOST_LISTED
+    return (effects, "") if left <= 1 else (effects[:MOST_LISTED], f"and {left} others")
 
 
 def ranked_name(entry: RankedSet) -> str:

@@ -18,6 +18,7 @@ from orchestrator.report.sentences import (
     comparison_sentence,
     effect_name,
     experiment_sentence,
+    most_of,
     verdict_sentence,
 )
 from orchestrator.verdicts.result import Diagnosis, NamedEffect
@@ -166,9 +167,10 @@ def _deciding(entry: LedgerEntry) -> SetErrors:
 
 def _effects(effects: Sequence[NamedEffect]) -> str:
     lines = []
-    for effect in effects:
+    listed, others = most_of(effects)
+    for effect in listed:
         lines += [effect_name(effect), *(estimate(name, found) for name, found in effect.parameters.items())]
-    return "\n".join(lines) or "as given"
+    return "\n".join([*lines, *filter(None, [others])]) or "as given"
 
 
 def _signals(found: SetErrors, units: Mapping[str, str]) -> str:

@@ -34,8 +34,17 @@ class Adjusted:
 
     def __str__(self) -> str:
         """Name, change as a share, fitted value with unit."""
-        share = self.fitted.value / self.nominal - 1.0
-        return f"{self.name} {share:+.2%} to {self.fitted.value:.4g} {self.fitted.unit}".rstrip()
+        return f"{self.name} {self.share:+.2%} to {self.fitted.value:.4g} {self.fitted.unit}".rstrip()
+
+    @property
+    def share(self) -> float:
+        """The change as a share of the nominal value."""
+        return self.fitted.value / self.nominal - 1.0
+
+    def as_effect(self) -> "NamedEffect":
+        """The change as the effect of a wrong parameter, by its share of the nominal value."""
+        low, high = sorted(value / self.nominal - 1.0 for value in self.fitted.ci90)
+        return NamedEffect("parameter_error", self.name, {"share": Estimate(self.share, "1", (low, high))})
 
 
 @dataclass(frozen=True)
@@ -219,7 +228,7 @@ class Diagnosis:
             "nuisances": {
                 "parameters": [asdict(entry) for entry in self.adjusted],
                 "clock_shift_s": self.clock_shift_s,
-                "in_patched_model": bool(self.effects),
+                "in_patched_model": len(self.steps) > 1,
             },
             "warnings": list(self.warnings),
             "identifiability": [entry.to_json() for entry in self.identifiability],

@@ -42,7 +42,7 @@ def judged(
 ) -> tuple[list[str], list[str]]:
     """What a referee accepts and refuses, by the misfits of held-out trials; learning trials show each effect as clearly."""
     monkeypatch.setattr(Referee, "_follow", lambda self, found: fit(held_out["".join(sorted(found.labels))]))
-    monkeypatch.setattr(Referee, "_compared", lambda self, found, model: None)
+    monkeypatch.setattr(Referee, "compared", lambda self, found, model: None)
     monkeypatch.setattr(module, "adjusted_parameters", lambda found: ())
     source: Any = SimpleNamespace(class_name="Arm")
     nothing: Any = None

@@ -96,7 +96,7 @@ class Referee:
         progress(f"checking {' + '.join(found.ids)} on held-out trials")
         try:
             model = found.effects.fixed(found.values, version_name(self.source, len(found.ids)))
-            after, now = self._compared(found, model), self._follow(found)
+            after, now = self.compared(found, model), self._follow(found)
         except MisfitError:
             return refused  # what cannot even be simulated on held-out trials explains nothing
         if not confirmed(last.fit, found.fit, self._follow(last), now, scale):
@@ -115,8 +115,13 @@ class Referee:
             self._followed[key] = follow_closely(found, self.held_out).fit
         return self._followed[key]
 
-    def _compared(self, found: Refit, model: SymbolicModel) -> Comparison:
-        """Compare a model, at the fitted values of its tolerances, with all trials."""
+    def compared(self, found: Refit, model: SymbolicModel) -> Comparison:
+        """Compare a model, at the fitted values of its tolerances, with all trials.
+
+        Args:
+            found: the fit.
+            model: the model with the effects of the fit.
+        """
         model = model.restricted(self.nominal.signals)
         names = [v.name for v in model.system.parameters]
         for name, value in zip(self.held_out.nuisances.names, found.fit.values[found.size :], strict=True):

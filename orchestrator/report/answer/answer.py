@@ -98,6 +98,8 @@ def before_after(document: Document) -> tuple[float, float]:
 def _headline(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
     match document.get("verdict"):
         case "adequate":
+            if _fitted_within_tolerances(document):
+                return "Nothing is missing: parameters within their tolerances explain the error."
             return "Nothing is missing that these data can show."
         case "named":
             return _missing(effects) + (", but not all that is missing." if document.get("incomplete") else ".")
@@ -161,7 +163,20 @@ def _choice(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
     return "; ".join(groups) or joined((what(effect) for effect in effects), "or") or "several effects fit"
 
 
+def _fitted_within_tolerances(document: Document) -> list[Mapping[str, Any]]:
+    """Parameters of the last model of an answer that needs no effect, with what they were and are."""
+    steps = list(document.get("steps") or ())
+    return [] if len(steps) < 2 or steps[-1]["effects"] else list(steps[-1].get("adjusted") or ())
+
+
 def _detail(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
+    if fitted := _fitted_within_tolerances(document):
+        far = max(fitted, key=lambda each: abs(each["fitted"]["value"] / each["nominal"] - 1.0))
+        share = far["fitted"]["value"] / far["nominal"] - 1.0
+        return (
+            f"Most of all {far['name']}, {100 * share:+.2f} %. With the fitted values the error on held-out trials falls from"
+            f" {digits(before)} to {digits(after)} times the noise."
+        )
     if not effects:
         return _present(before)
     found = sizes(effects)
@@ -236,6 +251,10 @@ def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: S
             return f"Use {PurePath(written).name}, the model with {_them(document, effects)}."
         case "named":
             return f"Add {_them(document, effects)} to the model."
+        case "adequate" if _fitted_within_tolerances(document):
+            written = document.get("patched_model")
+            name = PurePath(written).name if written else "the model"
+            return f"Nothing has to be added; use {name} with the fitted values."
         case "adequate":
             return "Nothing has to be added; use the model as it is."
         case "ambiguous" if do:
