@@ -146,7 +146,9 @@ def _diagnosed(
     found = replace(found, where=with_law(where, asked.plain, named, searcher.learning))
     found = _with_what_was_fitted(found, named or base)
     if found.verdict == "adequate" and found.adjusted:
-        after = referee.compared(base, EffectSet(source, (), asked.plain.signals).fixed(np.zeros(0), source.name))
+        after = referee.compared(
+            base, EffectSet(source, (), asked.plain.signals).fixed(np.zeros(0), version_name(source, 1))
+        )
         found = _within_tolerances(found, after)
     of_data = asked.notes((*searcher.learning.trials, *held_out.trials))
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])

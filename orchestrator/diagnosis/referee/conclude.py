@@ -154,7 +154,8 @@ def _on_parameters(verdict: str, tolerated: Sequence[str]) -> list[str]:
     if verdict != "unknown" or tolerated:
         return []
     return [
-        "parameters of the model count as exact; if they are not, let them be refitted: --tolerance 5%, or [tolerances]"
+        "several parameters of the model that are off together are not looked for; let them be refitted: --tolerance 5%, or"
+        " [tolerances]"
     ]
 
 
