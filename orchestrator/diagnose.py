@@ -252,6 +252,8 @@ def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
     Several effects at the borders of an FMU may stand for one inside of it.
     """
     left = _left(found) >= MUCH_LEFT
+    if found.verdict == "cannot_tell" and within_noise(found.steps[0].comparison, Thresholds().within):
+        return False
     if is_fmu:
         return found.verdict not in SURE or left or len(found.effects) > 1
     return found.verdict not in (*NAMES, "adequate") or (left and _removed(found) < LEAST_REMOVED)

@@ -12,6 +12,8 @@ from orchestrator.greybox.places import Place
 SHARPNESS = 2.0
 # A corner is no wider than this share of the record's scale: friction that grows over all speeds is viscous.
 BLUNTEST = 0.2
+# Standard deviations of an input's noise that a threshold is above.
+NOISE = 3.0
 
 
 @dataclass(frozen=True)
@@ -77,9 +79,7 @@ class Candidate:
         if parameter.along:
             return (0.0, math.inf) if self.place.sign > 0 else (-math.inf, 0.0)
         most = BLUNTEST * parameter.scale(self.place.scales) if parameter.smooths else parameter.most
-        if parameter.waves:
-            return _fewest(parameter, self.place), most
-        return (0.0 if parameter.positive else -math.inf), most
+        return _least(parameter, self.place), most
 
     @property
     def gains(self) -> tuple[LawParameter, ...]:
@@ -143,13 +143,18 @@ def _variants(law: Law, place: Place, rare: bool) -> Iterator[Candidate]:
     for number, factors in enumerate(product(*(p.grid or (1.0,) for p in shaped))):
         values = {p.name: _value(p, factor, place) for p, factor in zip(shaped, factors, strict=True)}
         values |= {p.name: p.value for p in shaped if math.isfinite(p.value)}
-        if all(values[p.name] >= _fewest(p, place) for p in shaped if p.waves):
+        if all(values[p.name] >= _least(p, place) for p in shaped):
             yield Candidate(law, place, values, number, rare)
 
 
-def _fewest(parameter: LawParameter, place: Place) -> float:
-    """The least wavenumber of which the record shows as many waves as a law asks for: fewer are like a spring."""
-    return math.pi * parameter.waves / max(place.range[1], 1e-300)
+def _least(parameter: LawParameter, place: Place) -> float:
+    """The least value of a parameter. Fewer waves than a law asks for are like a spring, and a threshold within the noise of an
+    input's sensor takes noise away."""
+    if parameter.waves:
+        return math.pi * parameter.waves / max(place.range[1], 1e-300)
+    if parameter.beyond_noise and place.noise > 0:
+        return NOISE * place.noise
+    return 0.0 if parameter.positive else -math.inf
 
 
 def _value(parameter: LawParameter, factor: float, place: Place) -> float:

@@ -120,14 +120,17 @@ def diagnose_greybox(
         def agrees(signals: Sequence[str]) -> bool:
             return not signals or within_noise(given, limits.agrees, signals)
 
+        def is_within(signals: Sequence[str]) -> bool:
+            return bool(signals) and within_noise(given, limits.within, signals)
+
         try:
-            outcome = decided(case, limits, progress, library, asked, agrees=agrees)
+            outcome = decided(case, limits, progress, library, asked, agrees=agrees, is_within=is_within)
             for _ in range(RETAPED if isinstance(source, FmuSource) else 0):
                 again = _about_its_answer(outcome, limits)
                 if again is None:
                     break
                 progress("looking at the FMU's rates once more, with what was found")
-                outcome = decided(again, limits, progress, library, asked, agrees=agrees)
+                outcome = decided(again, limits, progress, library, asked, agrees=agrees, is_within=is_within)
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -169,6 +172,7 @@ def decided(
     asked: Sequence[str] = (),
     *,
     agrees: Callable[[Sequence[str]], bool] = lambda signals: True,
+    is_within: Callable[[Sequence[str]], bool] = lambda signals: False,
 ) -> Outcome:
     """The search for effects and its decision, without held-out trials.
 
@@ -179,7 +183,7 @@ def decided(
         library: the laws to choose from, the shipped ones by default.
         asked: inputs that may run otherwise between samples, which stops the search.
         agrees: whether free runs of the model as given stay within the noise of some signals; without that no model is
-            adequate. Of a plant that falls over without its controller no free run can tell, and only the likelihood counts.
+            adequate; `is_within`: the same, so close that it is no unknown model. Of a plant that falls over without its controller no free run can tell, and only the likelihood counts.
     """
     progress("estimating how much the model leaves unexplained")
     setting, nominal = nominal_set(case, limits)
@@ -227,7 +231,9 @@ def decided(
     decision = decided_among(search.run() if common else [nominal])
     if decision.chosen.candidates and search.fit_larger(decision.chosen):
         decision = decided_among(search.sets)
-    if len(candidates) > len(common) and not _is_complete(decision, limits):
+    # What no common effect is named for, and what is within the noise along whole trials, is no matter of rare ones.
+    quiet = decision.grade not in ("named", "ambiguous") and is_within(told)
+    if len(candidates) > len(common) and not quiet and not _is_complete(decision, limits):
         seen(decision.chosen)
         progress(f"{len(candidates) - len(common)} rare candidates beside them")
         sets = search.widen(candidates, decision.chosen)

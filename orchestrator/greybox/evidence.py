@@ -82,7 +82,8 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
     outputs = {v.name: v for v in (*case.base.states, *case.base.algebraics)}
     measured = [outputs[name] for name in case.signals]
     duration = float(np.ptp(seen.values["time"])) or 1.0
-    given = input_places(case.inputs, seen)
+    noise = {v.name: case.data.noise_of(v.name).steady.std for v in case.inputs}
+    given = input_places(case.inputs, seen, noise)
     closed = isinstance(case.source, FmuSource)
     found = [
         *with_loads(balance_places(case.base, case.balances, seen), given),

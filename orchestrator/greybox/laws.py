@@ -36,6 +36,7 @@ class LawParameter:
     absent; `positive` says that physics allows no negative value, `most` is the largest that it allows, `along` that it has the sign of the model's own response there. Any other parameter is a
     shape: `grid` holds values in multiples of the record's own scale of that kind, `fitted` says whether it is estimated; one that `smooths` is, and counts as none: it says how sharp a corner is. `prior` is the standard deviation of a
     gain's prior. A shape with `waves` counts waves per turn; values of which the record shows fewer waves are left out.
+    One `beyond_noise` is a value of an input that its sensor's noise does not reach: a narrower dead zone would take noise away.
     `value` is what was fitted where the law was found, with its 90 % interval `ci90`; a shape starts there.
     """
 
@@ -50,6 +51,7 @@ class LawParameter:
     smooths: bool = False
     prior: float = 0.0
     waves: float = 0.0
+    beyond_noise: bool = False
     description: str = ""
     value: float = math.nan
     ci90: tuple[float, ...] = ()

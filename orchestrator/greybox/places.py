@@ -29,7 +29,8 @@ class Place:
     factor with which a law's value is added there. `units` and `scales` hold those of force, speed, position, state and so on;
     `range` is the centre and half width of what the position, state or input was; `storage` what a balance's equation multiplies
     the rate of its state with, None if that is no number. `others` are further variables of the model that a
-    law may speak of, each with its unit and scale. `sign` is that of the model's own response on a way from an input to an output.
+    law may speak of, each with its unit and scale. `sign` is that of the model's own response on a way from an input to an output,
+    `noise` the standard deviation of an input's sensor.
     """
 
     kind: str
@@ -44,6 +45,7 @@ class Place:
     storage: float | None = None
     others: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     sign: float = 1.0
+    noise: float = 0.0
 
     def widened(self, also: Mapping[str, str]) -> "Place":
         """The place with further variables of the model as coordinates; `others` has their units and scales."""
@@ -381,17 +383,18 @@ def _middle(values: np.ndarray) -> tuple[float, float]:
     return float(0.5 * (low + high)), float(0.5 * (high - low)) or 1.0
 
 
-def input_places(inputs: Sequence[Variable], seen: Seen) -> list[Place]:
-    """Each input that moves."""
-    found = []
+def input_places(inputs: Sequence[Variable], seen: Seen, noise: Mapping[str, float] | None = None) -> list[Place]:
+    """Each input that moves; `noise` are standard deviations of sensors by input."""
+    found, noise = [], noise or {}
     for variable in inputs:
         values = seen.values[variable.name]
         if np.ptp(values) > 0:
             centre = _middle(values)
             units = {"input": variable.unit or "1", "time": "s", "centre": variable.unit or "1"}
             scales = {"input": _rms(values), "time": _duration(seen), "centre": 1.0}
+            names, own = {"u": variable.name}, noise.get(variable.name, 0.0)
             found.append(
-                Place("input", variable.name, variable.unit or "1", {"u": variable.name}, {}, units, scales, centre)
+                Place("input", variable.name, variable.unit or "1", names, {}, units, scales, centre, noise=own)
             )
     return found
 
