@@ -9,7 +9,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmus.errors import ComponentError
-from orchestrator.blackbox.source import Source
+from orchestrator.blackbox.source import FmuSource, Source
+from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.advise.advice import with_next_experiment
 from orchestrator.diagnosis.advise.left_open import with_open_questions
@@ -145,7 +146,7 @@ def _diagnosed(
     named = best if found.verdict in ("named", "ambiguous") else None
     found = replace(found, where=with_law(where, asked.plain, named, searcher.learning))
     found = _with_what_was_fitted(found, named or base)
-    if found.verdict == "adequate" and found.adjusted:
+    if found.verdict == "adequate" and found.adjusted and _needs_them(asked):
         after = referee.compared(
             base, EffectSet(source, (), asked.plain.signals).fixed(np.zeros(0), version_name(source, 1))
         )
@@ -225,6 +226,13 @@ def _with_what_was_fitted(found: Diagnosis, fitted: Refit) -> Diagnosis:
     notes = [f"fitted within stated tolerances, and so in a patched model: {words}"]
     warnings = (*found.warnings, *(notes if adjusted else ()))
     return replace(found, warnings=warnings, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
+
+
+def _needs_them(asked: Prepared) -> bool:
+    """Whether a model leaves more than noise as it is, so that fitted values are of use; those of an FMU are not written."""
+    sides = asked.nominal.learning, asked.nominal.held_out
+    noisy = all(side is not None and side.over_floor <= WITHIN_NOISE for side in sides)
+    return not noisy and not isinstance(asked.source, FmuSource)
 
 
 def _within_tolerances(found: Diagnosis, after: Comparison) -> Diagnosis:

@@ -52,10 +52,10 @@ def pendulum(folder: Path) -> MeasurementSet:
     return write(folder, "time,theta", [swing(first) for first in (2.0, 1.2, 4.6)], None)
 
 
-def drive(folder: Path, tolerance: float | None) -> MeasurementSet:
+def drive(folder: Path, tolerance: float, off: float = OFF) -> MeasurementSet:
     """Swings of an inertia under a torque; it is 3 % larger than the model says."""
     random, t = np.random.default_rng(6), np.arange(0, 6, 0.01)
-    inertia = 0.02 * (1 + OFF)
+    inertia = 0.02 * (1 + off)
 
     def moved(w: float) -> np.ndarray:
         # J phi'' = T sin(w t) from rest
@@ -109,3 +109,9 @@ def test_within_a_stated_tolerance_nothing_is_missing_and_the_fitted_model_is_wr
     again = done.entries[-1].held_out
     assert again is not None and again.rmse["phi"] == pytest.approx(after.rmse["phi"], rel=0.02)
     assert found.patched_model and Path(found.patched_model).name == "Drive_1.fmu"
+
+
+def test_a_right_model_stays_as_it_is_whatever_its_tolerances(tmp_path: Path) -> None:
+    done = discover(load_modelica("drive"), drive(tmp_path, tolerance=0.05, off=0.0), tmp_path / "out", workers=1)
+    assert done.diagnosis.verdict == "adequate"
+    assert len(done.diagnosis.steps) == 1 and done.versions == () and done.diagnosis.patched_model is None
