@@ -52,8 +52,8 @@ def test_workers_end_in_the_middle_of_their_work_when_the_pool_is_closed() -> No
     before = descendants(os.getpid())
     with Workers(2) as pool:
         running = [pool.submit(time.sleep, 600) for _ in range(2)]
-        wait_for(lambda: len(descendants(os.getpid())) == len(before) + 2)
-    assert descendants(os.getpid()) == before
+        wait_for(lambda: len(descendants(os.getpid()) - before) == 2)
+    assert descendants(os.getpid()) <= before
     assert all(isinstance(each.exception(), BrokenWorker) for each in running)
 
 
@@ -61,7 +61,8 @@ def test_a_program_that_takes_too_long_is_killed_with_what_it_started() -> None:
     before = descendants(os.getpid())
     with pytest.raises(ToolTimeout, match="more than 0.3 s"):
         run_tool([sys.executable, "-c", BUSY], timeout_s=0.3)
-    wait_for(lambda: descendants(os.getpid()) == before)
+    # What another test of this process left behind may end meanwhile.
+    wait_for(lambda: descendants(os.getpid()) <= before)
 
 
 def test_a_program_gets_no_more_memory_than_it_may_have() -> None:
