@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from fmus.catalogue import ModelicaModel
+from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.laws import laws
@@ -39,7 +40,7 @@ def or_wrong_parameters(
         progress: called with one line at each stage.
     """
     names = found.verdict in NAMES
-    explained = names and _numbers(found) == 1 and _left(found) <= SINGLE.within
+    explained = names and len(found.effects) == 1 and _left(found) <= WITHIN_NOISE
     if found.verdict == "adequate" or explained or measurements.tolerances or _left(found, 0) <= SINGLE.within:
         return found
     progress("asking whether parameters of the model are wrong instead")
