@@ -52,7 +52,8 @@ def or_wrong_parameters(
     complete = second.verdict in NAMES and not second.incomplete and _left(second) <= SINGLE.within
     if not complete or (names and _numbers(second) >= _numbers(found)):
         return replace(found, seconds=seconds)
-    return replace(second, where=found.where, seconds=seconds)
+    # How inputs run between samples is asked of no answer of free runs, and of none in place of it.
+    return replace(second, where=found.where, seconds=seconds, search=None)
 
 
 def _left(found: Diagnosis, step: int = -1) -> float:
