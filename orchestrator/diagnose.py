@@ -17,7 +17,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.library import library_folders
 from orchestrator.blackbox.source import FmuSource, Source
-from orchestrator.compare.comparison import compare
+from orchestrator.compare.comparison import compare, within_noise
 from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.check import check_data, forbids_physics
 from orchestrator.datacheck.findings import Finding
@@ -28,7 +28,7 @@ from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.gp.trials.witness import document, sentences, witness_functions
-from orchestrator.greybox.diagnose import Outcome, diagnose_greybox, within_noise
+from orchestrator.greybox.diagnose import Outcome, diagnose_greybox
 from orchestrator.greybox.interpolation import RunsOtherwise, held_for_nothing, held_otherwise
 from orchestrator.greybox.laws import Law
 from orchestrator.greybox.laws import laws as shipped

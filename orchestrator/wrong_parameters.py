@@ -3,11 +3,11 @@
 Free runs take parameters for exact unless tolerances are stated, so effects stand for a parameter that is off.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
 from fmus.catalogue import ModelicaModel
+from orchestrator.compare.comparison import within_noise
 from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.diagnose import diagnose_greybox
@@ -40,8 +40,8 @@ def or_wrong_parameters(
         progress: called with one line at each stage.
     """
     names = found.verdict in NAMES
-    explained = names and len(found.effects) == 1 and _left(found) <= WITHIN_NOISE
-    if found.verdict == "adequate" or explained or measurements.tolerances or _left(found, 0) <= SINGLE.within:
+    explained = names and len(found.effects) == 1 and within_noise(found.steps[-1].comparison, WITHIN_NOISE)
+    if found.verdict == "adequate" or explained or measurements.tolerances or within_noise(given, SINGLE.within):
         return found
     progress("asking whether parameters of the model are wrong instead")
     library = [law for law in laws() if law.id == "parameter_error"]
@@ -49,17 +49,13 @@ def or_wrong_parameters(
         source, measurements, given=given, workers=workers, progress=progress, limits=SINGLE, library=library
     )
     seconds = found.seconds + second.seconds
-    complete = second.verdict in NAMES and not second.incomplete and _left(second) <= SINGLE.within
+    complete = (
+        second.verdict in NAMES and not second.incomplete and within_noise(second.steps[-1].comparison, SINGLE.within)
+    )
     if not complete or (names and _numbers(second) >= _numbers(found)):
         return replace(found, seconds=seconds)
     # How inputs run between samples is asked of no answer of free runs, and of none in place of it.
     return replace(second, where=found.where, seconds=seconds, search=None)
-
-
-def _left(found: Diagnosis, step: int = -1) -> float:
-    """Error along learning or held-out trials after a step, the larger one, over the floor."""
-    comparison = found.steps[step].comparison
-    return max(math.inf if e is None else e.over_floor for e in (comparison.learning, comparison.held_out))
 
 
 def _numbers(found: Diagnosis) -> int:

@@ -86,6 +86,13 @@ def over_floor(rmse: Mapping[str, float], floor: Mapping[str, float]) -> float:
     return float(np.sqrt(np.mean([(rmse[name] / floor[name]) ** 2 for name in rmse])))
 
 
+def within_noise(given: Comparison, factor: float, signals: Sequence[str] = ()) -> bool:
+    """Whether free runs of the model as given leave no more than a factor times the noise floor of some signals, all of them by
+    default, along trials of both kinds."""
+    sides = [({s: e.rmse[s] for s in signals or e.rmse} if e else {}) for e in (given.learning, given.held_out)]
+    return all(side and over_floor(side, given.noise_floor) <= factor for side in sides)
+
+
 def error_left(before: Mapping[str, float], after: Mapping[str, float], floor: Mapping[str, float]) -> float:
     """Largest share of a signal's squared error beyond the noise that is left, 0 to 1; those within the noise leave none.
 

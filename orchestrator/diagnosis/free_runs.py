@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from fmus.errors import ComponentError
 from orchestrator.blackbox.source import FmuSource, Source
+from orchestrator.compare.comparison import within_noise
 from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.advise.advice import with_next_experiment
@@ -230,9 +231,7 @@ def _with_what_was_fitted(found: Diagnosis, fitted: Refit) -> Diagnosis:
 
 def _needs_them(asked: Prepared) -> bool:
     """Whether a model leaves more than noise as it is, so that fitted values are of use; those of an FMU are not written."""
-    sides = asked.nominal.learning, asked.nominal.held_out
-    noisy = all(side is not None and side.over_floor <= WITHIN_NOISE for side in sides)
-    return not noisy and not isinstance(asked.source, FmuSource)
+    return not within_noise(asked.nominal, WITHIN_NOISE) and not isinstance(asked.source, FmuSource)
 
 
 def _within_tolerances(found: Diagnosis, after: Comparison) -> Diagnosis:

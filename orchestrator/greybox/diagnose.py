@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.source import FmuSource, Source
-from orchestrator.compare.comparison import compare, error_left, is_refuted, over_floor, with_floor_of
+from orchestrator.compare.comparison import compare, error_left, is_refuted, with_floor_of, within_noise
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.around import fmu_with, placed
 from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between, surprise
@@ -346,13 +346,6 @@ def _left(outcome: Outcome, given: Comparison, after: Comparison) -> float:
     assert given.held_out is not None and after.held_out is not None
     told = foretold(outcome.decision.chosen.fit, outcome.scale, outcome.case.signals)
     return error_left(given.held_out.rmse, {s: after.held_out.rmse[s] for s in told}, given.noise_floor)
-
-
-def within_noise(given: Comparison, factor: float, signals: Sequence[str] = ()) -> bool:
-    """Whether free runs of the model as given leave no more than a factor times the noise floor of some signals, all of them by
-    default, along trials of both kinds."""
-    sides = [({s: e.rmse[s] for s in signals or e.rmse} if e else {}) for e in (given.learning, given.held_out)]
-    return all(side and over_floor(side, given.noise_floor) <= factor for side in sides)
 
 
 def compared(

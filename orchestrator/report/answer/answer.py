@@ -171,10 +171,10 @@ def _fitted_within_tolerances(document: Document) -> list[Mapping[str, Any]]:
 
 def _detail(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
     if fitted := _fitted_within_tolerances(document):
-        far = max(fitted, key=lambda each: abs(each["fitted"]["value"] / each["nominal"] - 1.0))
-        share = far["fitted"]["value"] / far["nominal"] - 1.0
+        shares = {each["name"]: each["fitted"]["value"] / each["nominal"] - 1.0 for each in fitted}
+        far = max(shares, key=lambda name: abs(shares[name]))
         return (
-            f"Most of all {far['name']}, {100 * share:+.2f} %. With the fitted values the error on held-out trials falls from"
+            f"Most of all {far}, {100 * shares[far]:+.2f} %. With the fitted values the error on held-out trials falls from"
             f" {digits(before)} to {digits(after)} times the noise."
         )
     if not effects:
