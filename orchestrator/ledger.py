@@ -177,7 +177,7 @@ def _entry(document: Mapping[str, Any]) -> LedgerEntry:
 
 def _effect(document: Mapping[str, Any]) -> NamedEffect:
     parameters = {name: _estimate(part) for name, part in document["parameters"].items()}
-    return NamedEffect(str(document["id"]), str(document["site"]), parameters)
+    return NamedEffect(str(document["id"]), str(document["site"]), parameters, str(document.get("variant", "")))
 
 
 def _estimate(document: Mapping[str, Any]) -> Estimate:

@@ -194,7 +194,7 @@ def default_effect(base: Source, effect_id: str, cards: Sequence[EffectCard] | N
         v.name.removeprefix(f"{candidate.slot}."): Estimate(float(value), v.unit, (float(value), float(value)))
         for v, value in zip(effects.variables, effects.first_guess(), strict=True)
     }
-    return NamedEffect(effect_id, candidate.site, parameters)
+    return NamedEffect(effect_id, candidate.site, parameters, candidate.card.variant)
 
 
 def _placed(base: Source, effects: Sequence[NamedEffect], cards: Sequence[EffectCard]) -> tuple[EffectSet, list[float]]:
@@ -215,7 +215,8 @@ def _place(base: Source, effects: Sequence[NamedEffect], cards: Sequence[EffectC
         )
     chosen: list[Candidate] = []
     for effect in effects:
-        match = next((c for c in found if c.card.id == effect.id and c.site == effect.site), None)
+        # Without a variant, as in results that did not write it yet, the first card of the id.
+        match = next((c for c in found if _is(c, effect)), None)
         placed = None if match is None else can_join(chosen, match, free_slots(system))
         if placed is None:
             raise MisfitError(
@@ -223,6 +224,11 @@ def _place(base: Source, effects: Sequence[NamedEffect], cards: Sequence[EffectC
             )
         chosen.append(placed)
     return chosen
+
+
+def _is(candidate: Candidate, effect: NamedEffect) -> bool:
+    wanted = (effect.id, effect.site, effect.variant or candidate.card.variant)
+    return (candidate.card.id, candidate.site, candidate.card.variant) == wanted
 
 
 def _values(effects: EffectSet, named: Sequence[NamedEffect]) -> list[float]:

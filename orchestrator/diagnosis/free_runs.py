@@ -258,5 +258,6 @@ def named_effects(found: Refit) -> tuple[NamedEffect, ...]:
         interval = (float(low), float(high))
         estimates[owner][variable.name.removeprefix(f"{slot}.")] = Estimate(float(value), variable.unit, interval)
     return tuple(
-        NamedEffect(c.card.id, c.site, own) for c, own in zip(found.effects.candidates, estimates, strict=True)
+        NamedEffect(c.card.id, c.site, own, c.card.variant)
+        for c, own in zip(found.effects.candidates, estimates, strict=True)
     )

@@ -27,10 +27,12 @@ def comparison_of(document: dict[str, Any]) -> Comparison:
 
 def effects_of(document: dict[str, Any]) -> list[NamedEffect]:
     """The effects of a step, or of a whole diagnosis."""
-    return [
-        NamedEffect(each["id"], each["site"], {name: _estimate(found) for name, found in each["parameters"].items()})
-        for each in document["effects"]
-    ]
+    return [_effect(each) for each in document["effects"]]
+
+
+def _effect(document: dict[str, Any]) -> NamedEffect:
+    parameters = {name: _estimate(found) for name, found in document["parameters"].items()}
+    return NamedEffect(document["id"], document["site"], parameters, document.get("variant", ""))
 
 
 def tried_of(diagnosis: dict[str, Any]) -> list[Tried]:

@@ -49,11 +49,12 @@ class Adjusted:
 
 @dataclass(frozen=True)
 class NamedEffect:
-    """An effect at a site, with its fitted parameters by name."""
+    """An effect at a site, with its fitted parameters by name, and which of several cards of this id it is."""
 
     id: str
     site: str
     parameters: Mapping[str, Estimate]
+    variant: str = ""
 
 
 @dataclass(frozen=True)
