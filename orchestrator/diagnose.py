@@ -46,7 +46,7 @@ from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
 from orchestrator.versions import extended_class
 from orchestrator.work import Work
-from orchestrator.wrong_parameters import or_wrong_parameters
+from orchestrator.wrong_parameters import or_within_tolerances, or_wrong_parameters
 
 # An error along learning trials of so many times the floor asks for a look at the balance equations, whatever was named.
 MUCH_LEFT = 2.0
@@ -163,13 +163,18 @@ def _diagnosed(
     if not closed and not free_slots(source.compile()):
         found = _by_greybox(source, measurements, given, workers, progress, laws, asked)
     else:
+
+        def by_free_runs(measured: MeasurementSet) -> Diagnosis:
+            return without_harm(search_slots(source, measured, given, library, workers, progress, work))
+
         try:
-            found = without_harm(search_slots(source, measurements, given, library, workers, progress, work))
+            found = by_free_runs(measurements)
         # Numbers that the search cannot go on with; CasADi reports what it cannot do as RuntimeError.
         except (RuntimeError, ArithmeticError, LookupError, ValueError) as error:
             found = search_failed(given, error)
         if not isinstance(source, FmuSource):
             found = or_wrong_parameters(source, measurements, found, given, workers, progress)
+            found = or_within_tolerances(measurements, found, by_free_runs, progress)
         other = None if closed else _in_grey_box(source, found, measurements, library)
         if other is not None:
             incomplete = found.verdict == "named" and other.unexplained > Thresholds().complete_share

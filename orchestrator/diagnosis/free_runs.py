@@ -224,7 +224,7 @@ def _with_what_was_fitted(found: Diagnosis, fitted: Refit) -> Diagnosis:
     by_share = sorted(adjusted, key=lambda each: -abs(each.share))
     far, others = by_share[:MOST_ADJUSTED], len(by_share[MOST_ADJUSTED:])
     words = ", ".join([*map(str, far), *([f"{others} others by less"] if others else [])])
-    notes = [f"fitted within stated tolerances, and so in a patched model: {words}"]
+    notes = [f"fitted within their tolerances, and so in a patched model: {words}"]
     warnings = (*found.warnings, *(notes if adjusted else ()))
     return replace(found, warnings=warnings, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
 
