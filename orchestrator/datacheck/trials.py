@@ -9,7 +9,7 @@ from orchestrator.datacheck import limits
 from orchestrator.datacheck.columns import wrong_columns
 from orchestrator.datacheck.findings import NO_CHANGE, Change, Finding
 from orchestrator.datacheck.prediction import Predictor
-from orchestrator.measurements import BoundSet
+from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import Model
 
 # Lags in samples that are tried before the best one is refined.
@@ -97,6 +97,9 @@ def clock_lags(model: Model, data: BoundSet) -> Iterator[Finding]:
         before = Predictor(model, data, (trial,), FOR_LAGS).left(as_others)
         if before < limits.DELAY_DROP * after:
             continue  # the lag of the others does nearly as well
+        others = [each for each in data.learning if each is not trial and each.name in found]
+        if 2 * sum(_gains(model, data, each, inputs, lag, common, steps) for each in others) > len(others):
+            continue  # a sensor that answers late in every trial, shown well enough by this one
         seconds = (lag - common) * steps[trial.name]
         yield Finding(
             "delay",
@@ -109,6 +112,21 @@ def clock_lags(model: Model, data: BoundSet) -> Iterator[Finding]:
             change=Change("delay", inputs, seconds, ""),
             trials=(trial.name,),
         )
+
+
+def _gains(
+    model: Model,
+    data: BoundSet,
+    trial: BoundTrial,
+    inputs: tuple[str, ...],
+    lag: float,
+    common: float,
+    steps: Mapping[str, float],
+) -> bool:
+    """Whether a trial, too, is predicted better with inputs moved by `lag` samples than by the common lag."""
+    predictor = Predictor(model, data, (trial,), FOR_LAGS)
+    moved, usual = (Change("delay", inputs, samples * steps[trial.name], "") for samples in (lag, common))
+    return predictor.left(moved) < predictor.left(usual)
 
 
 def _moved(column: str, seconds: float) -> str:

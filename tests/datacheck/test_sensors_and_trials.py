@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from orchestrator.datacheck.check import check_data, mend
 from orchestrator.datacheck.findings import Finding
@@ -131,6 +132,18 @@ def test_a_lag_that_not_every_trial_shows_clearly_is_no_clock_of_single_trials(t
     case = thinned(Path(__file__).parents[1] / "cases" / "arm" / "case_008", tmp_path, 2)
     found = check_data(load_model("arm"), load_measurements(case))
     assert not [finding for finding in found if finding.trial or finding.strong]
+
+
+@pytest.mark.parametrize("tau", [0.03, 0.05, 0.08])
+def test_a_sensor_that_is_late_in_every_trial_is_no_clock_of_the_trial_that_shows_it_best(
+    tmp_path: Path, tau: float
+) -> None:
+    def spoil(columns: Columns, number: int) -> Columns:
+        kept, phi = math.exp(-STEP / tau), columns["phi"]
+        late = lfilter([1 - kept], [1, -kept], phi, zi=[kept * phi[0]])[0]
+        return {**columns, "phi": late + 1e-4 * np.random.default_rng(number).normal(size=len(phi))}
+
+    assert found_in(tmp_path, spoil) == ()
 
 
 def test_held_out_trials_forbid_nothing(tmp_path: Path) -> None:
