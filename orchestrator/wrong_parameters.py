@@ -12,6 +12,7 @@ from fmus.catalogue import ModelicaModel
 from orchestrator.compare.comparison import within_noise
 from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.noise.thresholds import ASSUMED
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.thresholds import Thresholds
@@ -21,8 +22,6 @@ from orchestrator.verdicts.result import Diagnosis
 NAMES = ("named", "ambiguous")
 # One parameter, or all together where there are few: a full search among parameters takes as long as one among all effects.
 SINGLE = replace(Thresholds(), largest_set=1, rounds=0, shortlist=3, singles=3)
-# Parameters of which nobody says how well they are known have this standard deviation, as a share of their values.
-ASSUMED = 0.03
 
 
 def or_wrong_parameters(

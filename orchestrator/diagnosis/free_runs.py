@@ -15,6 +15,7 @@ from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.advise.advice import with_next_experiment
 from orchestrator.diagnosis.advise.left_open import with_open_questions
+from orchestrator.diagnosis.advise.parameters_alike import with_parameters_alike
 from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack, with_law
 from orchestrator.diagnosis.background import Background
 from orchestrator.diagnosis.decide.confusion import rivals
@@ -156,6 +157,7 @@ def _diagnosed(
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
     found = replace(found, warnings=(*found.warnings, *of_data), tried=outcomes)
     found = with_open_questions(found, named, searcher.trace.stages, searcher.learning, asked.candidates)
+    found = with_parameters_alike(found, named, asked.plain, searcher.learning, scale, len(asked.candidates))
     if found.verdict == "unknown":
         progress("looking at what is left")
         found = replace(found, latent_forces=unexplained_forces(asked.plain, best, searcher.learning))

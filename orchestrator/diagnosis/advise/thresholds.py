@@ -75,3 +75,11 @@ FEWEST_EVALUATIONS = 40
 
 # An explanation that imitates another one may change its parameters by so many times their size.
 FARTHEST = 10.0
+
+
+# `parameters_alike.py`
+
+# Parameters that take up this share of an effect's misfit to first order are fitted in its place.
+TAKEN_UP = 0.8
+# Parameters that are listed, and the least of them, as a share of how far they may be off.
+LISTED, SHOWN_SHARE = 4, 0.1

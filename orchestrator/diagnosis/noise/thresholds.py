@@ -20,6 +20,8 @@ MOST_LIKELY = 3.0
 
 # A parameter ends within this many standard deviations (tolerances) of its nominal value.
 REACH = 3.0
+# Parameters of which nobody says how well they are known have this standard deviation, as a share of their values.
+ASSUMED = 0.03
 
 
 # `outliers.py`
