@@ -41,12 +41,12 @@ from orchestrator.models.contract import Model
 from orchestrator.models.patch import free_slots
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.models.threads import threads
+from orchestrator.simpler_answers import or_one_law, or_within_tolerances
 from orchestrator.verdicts.cannot_tell import first_mend, search_failed
 from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
 from orchestrator.versions import extended_class
 from orchestrator.work import Work
-from orchestrator.wrong_parameters import or_within_tolerances, or_wrong_parameters
 
 # An error along learning trials of so many times the floor asks for a look at the balance equations, whatever was named.
 MUCH_LEFT = 2.0
@@ -173,7 +173,7 @@ def _diagnosed(
         except (RuntimeError, ArithmeticError, LookupError, ValueError) as error:
             found = search_failed(given, error)
         if not isinstance(source, FmuSource):
-            found = or_wrong_parameters(source, measurements, found, given, workers, progress)
+            found = or_one_law(source, measurements, found, given, workers, progress)
             found = or_within_tolerances(measurements, found, by_free_runs, progress)
         other = None if closed else _in_grey_box(source, found, measurements, library)
         if other is not None:

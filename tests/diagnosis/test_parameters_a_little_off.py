@@ -14,9 +14,9 @@ from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import MeasurementSet, load_measurements
 from orchestrator.model_argument import load_modelica
+from orchestrator.simpler_answers import ASSUMED, or_within_tolerances
 from orchestrator.verdicts.cannot_tell import cannot_tell
 from orchestrator.verdicts.result import Adjusted, Diagnosis, Estimate
-from orchestrator.wrong_parameters import ASSUMED, or_within_tolerances
 from tests.three_trials import three_trials
 
 NOISE = 1e-4

@@ -12,9 +12,9 @@ from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.discover import discover
 from orchestrator.measurements import MeasurementSet, load_measurements
 from orchestrator.model_argument import load_modelica
+from orchestrator.simpler_answers import or_one_law
 from orchestrator.verdicts.cannot_tell import cannot_tell
 from orchestrator.verdicts.result import Diagnosis, Estimate, NamedEffect
-from orchestrator.wrong_parameters import or_wrong_parameters
 
 NOISE, OFF = 1e-3, 0.03
 
@@ -70,7 +70,7 @@ def asked(name: str, measurements: MeasurementSet, effects: tuple[NamedEffect, .
     source = load_modelica(name)
     given = compare(model_of(source, source.compile()), measurements, workers=1)
     found = replace(cannot_tell(given, ()), verdict="named" if effects else "unknown", effects=effects)
-    return or_wrong_parameters(source, measurements, found, given, 1, lambda message: None)
+    return or_one_law(source, measurements, found, given, 1, lambda message: None)
 
 
 def test_where_nothing_is_named_the_parameter_is(tmp_path: Path) -> None:

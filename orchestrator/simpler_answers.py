@@ -1,7 +1,8 @@
-"""Whether values of a model's own parameters explain what several effects in its slots, or none, were found for.
+"""What explains a record in place of several effects in a model's slots, or of none: one law that no slot has, a wrong
+parameter, or parameters that are a little off.
 
-Free runs take parameters for exact unless tolerances are stated, so effects stand for a parameter that is off, and several
-parameters that are a little off hide every effect.
+Free runs try the cards of slots and take parameters for exact unless tolerances are stated: two effects stand for a cubic spring, a
+sensor error for an inertia, and several parameters that are a little off hide every effect.
 """
 
 import math
@@ -16,15 +17,16 @@ from orchestrator.diagnosis.noise.thresholds import ASSUMED
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import MeasurementSet
-from orchestrator.verdicts.result import Diagnosis
+from orchestrator.verdicts.result import Diagnosis, NamedEffect
 
 NAMES = ("named", "ambiguous")
-# One parameter, or all together where there are few: a full search among parameters takes as long as one among all effects.
+# One law or parameter, or all parameters together where there are few: a full search takes as long as one among all effects.
 SINGLE = replace(Thresholds(), largest_set=1, rounds=0, shortlist=3, singles=3)
 
 
-def or_wrong_parameters(
+def or_one_law(
     source: ModelicaModel,
     measurements: MeasurementSet,
     found: Diagnosis,
@@ -32,7 +34,8 @@ def or_wrong_parameters(
     workers: int,
     progress: Callable[[str], None],
 ) -> Diagnosis:
-    """The answer of free runs, or wrong parameters where these alone leave noise only, by fewer numbers than the answer has.
+    """The answer of free runs, or one law at a balance, or wrong parameters, where that leaves noise only, as little as the answer,
+    by fewer numbers.
 
     Args:
         source: the model.
@@ -46,8 +49,9 @@ def or_wrong_parameters(
     explained = names and len(found.effects) == 1 and within_noise(found.steps[-1].comparison, WITHIN_NOISE)
     if found.verdict == "adequate" or explained or measurements.tolerances or within_noise(given, SINGLE.within):
         return found
-    progress("asking whether parameters of the model are wrong instead")
-    library = [law for law in laws() if law.id == "parameter_error"]
+    progress("asking for one law, or wrong parameters, instead")
+    cards = {card.id for card in effect_library()}
+    library = [law for law in laws() if law.id not in cards and not law.rare]
     second = diagnose_greybox(
         source, measurements, given=given, workers=workers, progress=progress, limits=SINGLE, library=library
     )
@@ -55,7 +59,7 @@ def or_wrong_parameters(
     complete = (
         second.verdict in NAMES and not second.incomplete and within_noise(second.steps[-1].comparison, SINGLE.within)
     )
-    if not complete or (names and _numbers(second) >= _numbers(found)):
+    if not complete or (names and not _is_simpler(second, found)):
         return replace(found, seconds=seconds)
     # How inputs run between samples is asked of no answer of free runs, and of none in place of it.
     return replace(second, where=found.where, seconds=seconds, search=None)
@@ -95,6 +99,13 @@ def _by_name(found: Diagnosis) -> Diagnosis:
     return replace(found, verdict="named", effects=effects) if effects and len(found.steps) > 1 else found
 
 
-def _numbers(found: Diagnosis) -> int:
-    """Number of fitted values of an answer."""
-    return sum(len(effect.parameters) for effect in found.effects)
+def _is_simpler(second: Diagnosis, found: Diagnosis) -> bool:
+    """Whether an answer takes fewer numbers than another and leaves as little of the learning trials."""
+    fewer = sum(map(_numbers, second.effects)) < sum(map(_numbers, found.effects))
+    left, other = (each.steps[-1].comparison.learning for each in (second, found))
+    return fewer and left is not None and other is not None and left.over_floor <= (1 + SINGLE.alike) * other.over_floor
+
+
+def _numbers(effect: NamedEffect) -> int:
+    """Values of an effect that were fitted, not held."""
+    return sum(each.ci90[0] < each.ci90[1] for each in effect.parameters.values())
