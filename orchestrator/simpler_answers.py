@@ -71,7 +71,7 @@ def or_within_tolerances(
     search: Callable[[MeasurementSet], Diagnosis],
     progress: Callable[[str], None],
 ) -> Diagnosis:
-    """The answer of free runs, or where it leaves more than noise, theirs with parameters that may be a little off.
+    """The answer of free runs, or where it leaves more than noise, theirs with parameters that may be a little off, if that is better.
 
     Args:
         measurements: learning and held-out trials; stated tolerances are those of `found` already.
@@ -86,10 +86,18 @@ def or_within_tolerances(
     seconds = found.seconds + second.seconds
     if second.verdict == "adequate":
         second = _by_name(second)
-    if second.verdict not in NAMES or not within_noise(second.steps[-1].comparison, WITHIN_NOISE):
+    if not _goes_before(second, found):
         return replace(found, seconds=seconds)
     note = f"no tolerance is stated, and exact parameters leave the record unexplained: each was fitted within {ASSUMED:.0%}"
     return replace(second, seconds=seconds, warnings=(*second.warnings, note))
+
+
+def _goes_before(second: Diagnosis, found: Diagnosis) -> bool:
+    """Whether an answer with parameters that may be off leaves noise only, or names effects where none were named."""
+    if second.verdict not in NAMES:
+        return False
+    step = second.steps[-1]
+    return within_noise(step.comparison, WITHIN_NOISE) or (found.verdict not in NAMES and len(step.effects) > 0)
 
 
 def _by_name(found: Diagnosis) -> Diagnosis:

@@ -16,7 +16,7 @@ from orchestrator.measurements import MeasurementSet, load_measurements
 from orchestrator.model_argument import load_modelica
 from orchestrator.simpler_answers import ASSUMED, or_within_tolerances
 from orchestrator.verdicts.cannot_tell import cannot_tell
-from orchestrator.verdicts.result import Adjusted, Diagnosis, Estimate
+from orchestrator.verdicts.result import Adjusted, Diagnosis, Estimate, NamedEffect
 from tests.three_trials import three_trials
 
 NOISE = 1e-4
@@ -86,14 +86,29 @@ def test_parameters_that_explain_it_are_named_if_their_intervals_do_not_hold_the
     assert any("no tolerance is stated" in note for note in second.warnings)
 
 
-@pytest.mark.parametrize("verdict", ["named", "adequate"])
-def test_what_leaves_more_than_noise_is_not_taken(tmp_path: Path, verdict: str) -> None:
+def test_parameters_alone_that_leave_more_than_noise_are_not_taken(tmp_path: Path) -> None:
     measurements = tanks(tmp_path, {"A1": 0.03, "a2": -0.03})
     found = unexplained(measurements)
-    second = or_within_tolerances(
-        measurements, found, lambda asked: replace(found, verdict=verdict, adjusted=(fitted("A1", 0.03, 0.01),)), print
+    second = replace(
+        found, verdict="adequate", adjusted=(fitted("A1", 0.03, 0.01),), steps=(*found.steps, *found.steps)
     )
-    assert (second.verdict, second.effects) == ("unknown", ())
+    assert or_within_tolerances(measurements, found, lambda asked: second, print).verdict == "unknown"
+
+
+@pytest.mark.parametrize(("before", "after", "taken"), [(0, 1, True), (2, 1, False), (1, 2, False)])
+def test_effects_that_leave_more_than_noise_are_taken_where_none_were_named(
+    tmp_path: Path, before: int, after: int, taken: bool
+) -> None:
+    measurements = tanks(tmp_path, {"A1": 0.03, "a2": -0.03})
+    found = unexplained(measurements)
+
+    def naming(count: int) -> Diagnosis:
+        effects = tuple(NamedEffect(f"effect_{k}", "tank1", {}) for k in range(count))
+        step = replace(found.steps[-1], effects=effects)
+        return replace(found, verdict="named" if count else "unknown", effects=effects, steps=(found.steps[0], step))
+
+    second = or_within_tolerances(measurements, naming(before), lambda asked: naming(after), print)
+    assert second.effects == (naming(after) if taken else naming(before)).effects
 
 
 def test_a_hole_is_found_beside_areas_that_are_off(tmp_path: Path) -> None:
