@@ -14,6 +14,7 @@ from orchestrator.compare.comparison import within_noise
 from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.noise.thresholds import ASSUMED
+from orchestrator.diagnosis.referee.conclude import SEVERAL_OFF
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.thresholds import Thresholds
@@ -87,7 +88,10 @@ def or_within_tolerances(
     if second.verdict == "adequate":
         second = _by_name(second)
     if not _goes_before(second, found):
-        return replace(found, seconds=seconds)
+        notes = [note for note in found.warnings if not note.startswith(SEVERAL_OFF)]
+        if len(notes) < len(found.warnings):
+            notes.append(f"{SEVERAL_OFF} by {ASSUMED:.0%} explain it no better; --tolerance 10% looks farther")
+        return replace(found, seconds=seconds, warnings=tuple(notes))
     note = f"no tolerance is stated, and exact parameters leave the record unexplained: each was fitted within {ASSUMED:.0%}"
     return replace(second, seconds=seconds, warnings=(*second.warnings, note))
 

@@ -157,7 +157,8 @@ def _diagnosed(
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
     found = replace(found, warnings=(*found.warnings, *of_data), tried=outcomes)
     found = with_open_questions(found, named, searcher.trace.stages, searcher.learning, asked.candidates)
-    found = with_parameters_alike(found, named, asked.plain, searcher.learning, scale, len(asked.candidates))
+    if not isinstance(source, FmuSource):  # which would run once for each of its parameters
+        found = with_parameters_alike(found, named, asked.plain, searcher.learning, scale, len(asked.candidates))
     if found.verdict == "unknown":
         progress("looking at what is left")
         found = replace(found, latent_forces=unexplained_forces(asked.plain, best, searcher.learning))

@@ -4,6 +4,7 @@ Free runs take parameters for exact where no tolerance is stated. A scale error 
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -39,14 +40,14 @@ def with_parameters_alike(
     extra = nuisances(plain.system, {"default": ASSUMED}, learning.nuisances.shift_std)
     if not extra.names:
         return found
-    wide, notes = replace(learning, nuisances=extra), []
-    for k in _taken_up(named, wide):
-        try:
+    wide, notes = replace(learning, nuisances=extra), list[str]()
+    limit = half_bic(named, scale, choices) + np.log(DECISIVE)
+    # A model that cannot be run with other parameters says nothing of them.
+    with suppress(ComponentError, np.linalg.LinAlgError):
+        for k in _taken_up(named, wide):
             again = _without(named, k, plain, wide)
-        except ComponentError:
-            continue
-        if half_bic(again, scale, choices) <= half_bic(named, scale, choices) + np.log(DECISIVE):
-            notes.append(_note(named, k, adjusted_parameters(again)))
+            if half_bic(again, scale, choices) <= limit:
+                notes.append(_note(named, k, adjusted_parameters(again)))
     return replace(found, warnings=(*found.warnings, *notes))
 
 
@@ -88,7 +89,8 @@ def _without(named: Refit, position: int, plain: SymbolicModel, wide: LearningDa
 
 def _note(named: Refit, position: int, adjusted: Sequence[Adjusted]) -> str:
     candidate = named.effects.candidates[position]
-    far = sorted((a for a in adjusted if abs(a.share) >= SHOWN_SHARE * ASSUMED), key=lambda a: -abs(a.share))
+    by_share = sorted(adjusted, key=lambda each: -abs(each.share))
+    far = [each for each in by_share if abs(each.share) >= SHOWN_SHARE * ASSUMED] or by_share[:1]
     words = ", ".join(str(each) for each in far[:LISTED])
     return (
         f"instead of {candidate.card.id} at {candidate.site} parameters of the model may be a little off: {words};"

@@ -24,6 +24,9 @@ from orchestrator.verdicts.result import Diagnosis, HeldOut, Odds, Verdict, redu
 # bench-diagnosis`.
 TRUST: dict[Verdict, float] = {"adequate": 1.0, "cannot_tell": 1.0, "named": 0.9, "ambiguous": 0.9, "unknown": 0.1}
 
+# How a note begins that parameters may explain an unknown effect.
+SEVERAL_OFF = "several parameters of the model that are off together"
+
 
 def conclude(
     nominal: Comparison,
@@ -153,10 +156,7 @@ def _on_parameters(verdict: str, tolerated: Sequence[str]) -> list[str]:
     """What else may explain an unknown effect: a right model whose parameters are another machine's."""
     if verdict != "unknown" or tolerated:
         return []
-    return [
-        "several parameters of the model that are off together are not looked for; let them be refitted: --tolerance 5%, or"
-        " [tolerances]"
-    ]
+    return [f"{SEVERAL_OFF} are not looked for; let them be refitted: --tolerance 5%, or [tolerances]"]
 
 
 def _on_what_is_left(
