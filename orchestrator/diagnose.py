@@ -165,13 +165,13 @@ def _diagnosed(
     else:
 
         def by_free_runs(measured: MeasurementSet) -> Diagnosis:
-            return without_harm(search_slots(source, measured, given, library, workers, progress, work))
+            try:
+                return without_harm(search_slots(source, measured, given, library, workers, progress, work))
+            # Numbers that the search cannot go on with; CasADi reports what it cannot do as RuntimeError.
+            except (RuntimeError, ArithmeticError, LookupError, ValueError) as error:
+                return search_failed(given, error)
 
-        try:
-            found = by_free_runs(measurements)
-        # Numbers that the search cannot go on with; CasADi reports what it cannot do as RuntimeError.
-        except (RuntimeError, ArithmeticError, LookupError, ValueError) as error:
-            found = search_failed(given, error)
+        found = by_free_runs(measurements)
         if not isinstance(source, FmuSource):
             found = or_one_law(source, measurements, found, given, workers, progress)
             found = or_within_tolerances(measurements, found, by_free_runs, progress)
