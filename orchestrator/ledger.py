@@ -15,7 +15,7 @@ from fmus.errors import MisfitError
 from fmus.files import lock
 from orchestrator.compare.result import SetErrors
 from orchestrator.shown import Shown, drawing_of
-from orchestrator.verdicts.result import Estimate, NamedEffect
+from orchestrator.verdicts.result import NamedEffect
 
 SCHEMA = "misfit.ledger/1"
 FILE_NAME = "ledger.jsonl"
@@ -167,22 +167,12 @@ def _entry(document: Mapping[str, Any]) -> LedgerEntry:
     return LedgerEntry(
         version=int(document["version"]),
         **{key: str(document[key]) for key in ("name", "model", "model_hash", "data_hash", "date", "misfit_version")},
-        effects=tuple(_effect(part) for part in document["effects"]),
+        effects=tuple(NamedEffect.of(part) for part in document["effects"]),
         learning=_errors(document["learning"]),
         held_out=None if held_out is None else _errors(held_out),
         noise_floor=_numbers(document["noise_floor"]),
         units={signal: str(unit) for signal, unit in document["units"].items()},
     )
-
-
-def _effect(document: Mapping[str, Any]) -> NamedEffect:
-    parameters = {name: _estimate(part) for name, part in document["parameters"].items()}
-    return NamedEffect(str(document["id"]), str(document["site"]), parameters, str(document.get("variant", "")))
-
-
-def _estimate(document: Mapping[str, Any]) -> Estimate:
-    low, high = document["ci90"]
-    return Estimate(float(document["value"]), str(document["unit"]), (float(low), float(high)))
 
 
 def _errors(document: Mapping[str, Any]) -> SetErrors:

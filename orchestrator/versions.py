@@ -227,8 +227,8 @@ def _place(base: Source, effects: Sequence[NamedEffect], cards: Sequence[EffectC
 
 
 def _is(candidate: Candidate, effect: NamedEffect) -> bool:
-    wanted = (effect.id, effect.site, effect.variant or candidate.card.variant)
-    return (candidate.card.id, candidate.site, candidate.card.variant) == wanted
+    same = (candidate.card.id, candidate.site) == (effect.id, effect.site)
+    return same and effect.variant in ("", candidate.card.variant)
 
 
 def _values(effects: EffectSet, named: Sequence[NamedEffect]) -> list[float]:

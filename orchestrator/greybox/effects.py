@@ -2,9 +2,8 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
@@ -91,15 +90,7 @@ def law_effects(base: ModelicaModel, law: Law) -> list[NamedEffect]:
         for p in law.parameters
         for ends in [p.ci90 or (p.value, p.value)]
     }
-    return [*map(_read_back, law.beside), NamedEffect(law.id, place.site, values)]
-
-
-def _read_back(entry: Mapping[str, Any]) -> NamedEffect:
-    values = {
-        name: Estimate(float(row["value"]), str(row["unit"]), (float(row["ci90"][0]), float(row["ci90"][1])))
-        for name, row in entry["parameters"].items()
-    }
-    return NamedEffect(str(entry["id"]), str(entry["site"]), values)
+    return [*map(NamedEffect.of, law.beside), NamedEffect(law.id, place.site, values)]
 
 
 def knows(effect: NamedEffect, base: ModelicaModel, more: Sequence[Law] = ()) -> bool:

@@ -56,6 +56,19 @@ class NamedEffect:
     parameters: Mapping[str, Estimate]
     variant: str = ""
 
+    @staticmethod
+    def of(document: Mapping[str, Any]) -> "NamedEffect":
+        """The effect that a JSON document holds.
+
+        Raises:
+            KeyError, TypeError, ValueError: if it holds none.
+        """
+        parameters = {}
+        for name, entry in document["parameters"].items():
+            low, high = entry["ci90"]
+            parameters[name] = Estimate(float(entry["value"]), str(entry["unit"]), (float(low), float(high)))
+        return NamedEffect(str(document["id"]), str(document["site"]), parameters, str(document.get("variant", "")))
+
 
 @dataclass(frozen=True)
 class RankedSet:

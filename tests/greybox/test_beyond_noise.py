@@ -13,6 +13,7 @@ from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.places import Seen, input_places
 from orchestrator.measurements import load_measurements
+from tests.three_trials import three_trials
 
 MODEL = """model Sled
   parameter Real m(unit="kg") = 2.0;
@@ -64,10 +65,8 @@ def test_noise_of_a_force_that_rests_half_of_the_time_is_no_effect(tmp_path: Pat
         shown = force(t) + 0.05 * random.standard_normal(len(t)), run.y[0] + 2e-4 * random.standard_normal(len(t))
         table = np.column_stack([t, *shown])
         np.savetxt(tmp_path / f"t{trial}.csv", table, fmt="%.8g", delimiter=",", header="t,F,x", comments="")
-    (tmp_path / "case.toml").write_text(
-        'files = ["t0.csv", "t1.csv", "t2.csv"]\nlearning = [1, 2]\nheld_out = [3]\n'
-        '[columns]\nt = "s"\nF = "N"\nx = "m"\n[variables]\nt = "time"\nF = "F"\nx = "x"\n'
-    )
+    case = three_trials({"F": "N", "x": "m"}, files=("t0", "t1", "t2"))
+    (tmp_path / "case.toml").write_text(case)
     stages: list[str] = []
     found = diagnose_greybox(
         find_modelica_model(f"{tmp_path / 'Sled.mo'}:Sled"),
