@@ -19,13 +19,17 @@ from fmus.symbolic.system import SymbolicSystem
 
 @dataclass(frozen=True)
 class ModelicaModel:
-    """A Modelica class that can be built: its name, its file (None: the library) and its experiment."""
+    """A Modelica class that can be built: its name, its file (None: the library) and its experiment.
+
+    `held` are inputs that stay at a sample's value until the next sample in the record that it is held against.
+    """
 
     name: str
     class_name: str
     file: Path | None = None
     stop_time_s: float = 10.0
     step_size_s: float = 0.004
+    held: tuple[str, ...] = ()
 
     def compile(self) -> SymbolicSystem:
         """Return the symbolic form of the class; it is kept in the cache by the content of all sources.

@@ -211,9 +211,7 @@ def _diagnosed(
 
 
 def _holding(source: Source, model: Model, measurements: MeasurementSet) -> Source:
-    """An FMU whose runs hold the inputs that were held; equations are told so wherever they are run."""
-    if not isinstance(source, FmuSource):
-        return source
+    """The source whose runs hold the inputs that were held."""
     return replace(source, held=bind(measurements, model.inputs, model.outputs).trials[0].held)
 
 

@@ -14,14 +14,14 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from hil.control.pilot import Decision, Pilot
 from hil.recording.replay import RecordedCycle, replay
-from hil.trials.files import in_effect
+from hil.trials.files import acted
 from orchestrator.results import Column, recorder_for
 
 JOINT_FILE, CASE, MODEL, CLASS, BLOCK = "joint.parquet", "case.toml", "Nominal.mo", "Nominal", "block.json"
 DIAGNOSIS, FOUND = "diagnosis.json", "found"
 # Names of the model's own variables.
 COLUMNS = (
-    Column("torque", "N.m", description="mean torque that acted around that time"),
+    Column("torque", "N.m", description="mean torque that acted until the next row"),
     Column("phi", "rad", description="angle of the joint"),
 )
 # kg.m2: that of a joint of the virtual robot without an arm on it.
@@ -57,23 +57,23 @@ def write_identification(
     """
     if not (np.isfinite(inertia) and inertia > 0):
         raise MisfitError(f"inertia = {inertia:g} kg.m2; a positive number was expected")
-    times, torques, angles, fresh = _armed_cycles(recording, pilot)
-    moved = np.ptp(angles[fresh], axis=0)
+    times, torques, angles = _armed_rows(recording, pilot)
+    moved = np.ptp(angles, axis=0)
     k = int(np.argmax(moved)) if joint is None else joint - 1
-    rows = np.column_stack([torques[:, k], angles[:, k]])[fresh]
+    rows = np.column_stack([torques[:, k], angles[:, k]])
     out.mkdir(parents=True, exist_ok=True)
     recorder = recorder_for(out / JOINT_FILE)
     recorder.begin(COLUMNS, {"recording": str(recording), "joint": k + 1})
-    recorder.rows(times[fresh], rows)
+    recorder.rows(times, rows)
     recorder.finish()
     step = float(pilot.robot.steps[k])
-    write_atomically(out / CASE, _case(float(times[fresh][-1]), step, k + 1).encode())
+    write_atomically(out / CASE, _case(float(times[-1]), step, k + 1).encode())
     write_atomically(out / MODEL, nominal_model(k + 1, inertia).encode())
     return Identification(k + 1, len(rows), float(moved[k]))
 
 
-def _armed_cycles(recording: Path, pilot: Pilot) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Times (n,) s from 0, torques that acted (n, 3) N.m, angles (n, 3) rad, and whether those were measured in that cycle."""
+def _armed_rows(recording: Path, pilot: Pilot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (n,) s from 0 at which angles were measured, mean torques (n, joints) N.m from each to the next, angles (n, joints) rad."""
     starts, passed, took, angles, fresh = [], [], [], [], []
     for _, cycle, decision in replay(recording, pilot):
         if decision.observed.seconds < 0:
@@ -88,7 +88,9 @@ def _armed_cycles(recording: Path, pilot: Pilot) -> tuple[np.ndarray, np.ndarray
             f"{recording}: {sum(fresh)} cycles of an armed arm; {_LEAST} or more were expected, so that a model can be compared with them"
         )
     times = (np.array(starts) - starts[0]) * 1e-9
-    return times, in_effect(times, np.array(passed), np.array(took)), np.array(angles), np.array(fresh, dtype=bool)
+    seen = times[fresh]
+    edges = np.append(seen, seen[-1] + np.median(np.diff(seen)))
+    return seen, acted(edges, times, np.array(passed), np.array(took)), np.array(angles)[fresh]
 
 
 def _acted(cycle: RecordedCycle, decision: Decision, pilot: Pilot) -> np.ndarray:
@@ -109,8 +111,7 @@ def _case(seconds: float, step: float, joint: int) -> str:
         f'title = "joint {joint} of a Proficio"\nfiles = ["{JOINT_FILE}"]\n'
         f"learning_window_s = [0.0, {cut}]\nheld_out_window_s = [{cut}, {seconds:.3f}]\n\n"
         f'[columns]\ntime = "s"\n{units}\n\n'
-        # The torque is the mean around each time: held from there on, it would act half a cycle late.
-        f'[interpolation]\n{COLUMNS[0].name} = "linear"\n\n'
+        f'[interpolation]\n{COLUMNS[0].name} = "hold"\n\n'
         # An encoder's error is its step by the root of 12; all times are of one clock.
         f"[sensors]\nencoder_noise_std_rad = {step / np.sqrt(12):.3g}\nclock_noise_std_s = 0\n"
     )

@@ -92,7 +92,7 @@ class TrialFiles:
             return times[:0], rows[:0]
         rows[:, angles] = _filled(times, rows[:, angles], fresh)
         made = np.array([self.placement.speeds(passed) for passed in values[:, self._passed]])
-        beyond = in_effect(times, made, values[:, self._took]) - rows[:, muscles]
+        beyond = acted(middles(times), times, made, values[:, self._took]) - rows[:, muscles]
         rows[:, forces] += pushes(rows[:, angles], beyond)
         known = np.all(np.isfinite(rows[:, forces]), axis=1)
         count = len(known) if known.all() else int(np.argmin(known))
@@ -122,14 +122,24 @@ def pushes(angles: np.ndarray, torques: np.ndarray) -> np.ndarray:
     return found
 
 
-def in_effect(times: np.ndarray, torques: np.ndarray, took: np.ndarray) -> np.ndarray:
-    """Mean torques (n, 2) in N.m from half a cycle before each time (n,) in s to half a cycle after it.
+def acted(edges: np.ndarray, times: np.ndarray, torques: np.ndarray, took: np.ndarray) -> np.ndarray:
+    """Mean torques (m, joints) in N.m between edges (m + 1,) in s.
 
-    Torques (n, 2) were sent `took` s (n,) after those times, and act until the next ones; nobody knows those before the first.
+    Torques (n, joints) were sent `took` s (n,) after the cycles' `times` (n,) and act until the next ones; nobody knows
+    those before the first, which count as it.
     """
-    before = np.vstack([torques[:1], torques[:-1]])
-    share = np.clip(0.5 + took / np.median(np.diff(times)), 0.0, 1.0)[:, None]
-    return share * before + (1.0 - share) * torques
+    sent = times + took
+    knots = np.concatenate([[min(edges[0], sent[0])], sent, [max(edges[-1], sent[-1])]])
+    impulses = np.cumsum(np.vstack([torques[:1], torques]) * np.diff(knots)[:, None], axis=0)
+    impulses = np.vstack([np.zeros(torques.shape[1]), impulses])
+    until = np.column_stack([np.interp(edges, knots, column) for column in impulses.T])
+    return np.asarray(np.diff(until, axis=0) / np.diff(edges)[:, None])
+
+
+def middles(times: np.ndarray) -> np.ndarray:
+    """The n + 1 times (s) half-way between n times, and as far before the first and after the last as those beside them."""
+    between = 0.5 * (times[1:] + times[:-1])
+    return np.concatenate([[2.0 * times[0] - between[0]], between, [2.0 * times[-1] - between[-1]]])
 
 
 def _filled(times: np.ndarray, angles: np.ndarray, fresh: np.ndarray) -> np.ndarray:

@@ -61,8 +61,8 @@ LONGEST_STEP_S = 0.001
 # In real time the plant moves on so often without a question, to be near when one comes.
 EVERY_NS = 2_000_000
 # What comes so soon after the plant has moved finds it where it is: a cycle's questions move it once, and are answered
-# in time.
-_TOGETHER_NS = 500_000
+# in time. Its torques come later, and act from their own time on.
+_TOGETHER_NS = 100_000
 # Time that the plant may be behind: after a longer silence (a stopped machine) it does not catch up.
 MOST_BEHIND_S = 0.1
 

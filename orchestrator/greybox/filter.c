@@ -58,7 +58,7 @@ static void advance(const problem *m, workspace *f, const stages *at, int k, int
         add(ns, s, reach, at->ks, at->ss);
       } else
         memcpy(at->xs, x, sizeof(double) * (size_t)nx);
-      read_inputs(m, k - 1, t + reach, at->u, at->d, at->dslope);
+      read_inputs(m, k - 1, t + reach, t, t + step, at->u, at->d, at->dslope);
       evaluate(f, t + reach, at->xs, at->u, at->d, m->p, at->rate, at->jf);
       slopes_of(m, &m->rate, at->jf, nx, width, stage ? at->ss : s, at->ks);
       add(nx, stage ? at->xsum : x, step * weight[stage], at->rate, at->xsum);
@@ -124,7 +124,7 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
     if (!all_finite(x, nx) || !all_finite(P, nx * nx)) break;
     memcpy(g->ahead + (size_t)k * nx, x, sizeof(double) * (size_t)nx);
     if (g->ahead_covariance) memcpy(g->ahead_covariance + (size_t)k * nx * nx, P, sizeof(double) * (size_t)(nx * nx));
-    read_inputs(m, k < n - 1 ? k : k - 1, m->t[k], u, d, dslope);
+    read_inputs(m, k < n - 1 ? k : k - 1, m->t[k], m->t[k], m->t[k], u, d, dslope);
     evaluate(&h, m->t[k], x, u, d, m->p, y, jy);
     /* slopes of the outputs in the states: F is not needed here, so its place holds the identity */
     for (int i = 0; i < nx; i++)

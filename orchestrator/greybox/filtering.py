@@ -235,7 +235,7 @@ class GreyBox:
         keep = [np.ascontiguousarray(part, dtype=float) for part in given]
         sizes = (n, nx, len(system.inputs), system.n_delays, ny, len(compiled.free), 1, 1, 0)
         code = compiled._machine_code
-        problem = _Problem(*sizes, *(part.ctypes.data for part in (*keep, compiled._held)), 0.0, *code.with_slopes)
+        problem = _Problem(*sizes, *(part.ctypes.data for part in (*keep, compiled._marks)), 0.0, *code.with_slopes)
         start = np.concatenate([trial.start, self._begun(trial, values)])
         parts = (trial.measured, start, self._spread(trial), intensity, noise)
         own = [np.ascontiguousarray(part, dtype=float) for part in parts]

@@ -135,7 +135,7 @@ class CompiledModel:
         sizes = (n, nx, len(system.inputs), system.n_delays, len(self.outputs), nfree, substeps, int(sensitivities))
         code = self._machine_code  # kept until the run ends: what its functions point to belongs to it
         functions = code.with_slopes if sensitivities else code.plain
-        keep.append(self._held)
+        keep.append(self._marks)
         problem = _Problem(*sizes, before.shape[1], *(a.ctypes.data for a in keep), self.tolerance, *functions)
         outputs = np.empty((n, len(self.outputs)))
         slopes = np.empty((n, len(self.outputs), nx + nfree)) if sensitivities else None
@@ -176,6 +176,18 @@ class CompiledModel:
         slope = self._delay_jacobian(parameters).full()[:, self._free_positions]
         _, delays = self.system.history(time[0], inputs[0], ca.DM(parameters))
         return self._sources(time, inputs, parameters), delays.full()[:, 0], slope
+
+    @cached_property
+    def _marks(self) -> np.ndarray:
+        """Marks (nu + nd,) of inputs that are held, and of delayed quantities that stay as they do: those of held inputs alone."""
+        if not (self.system.n_delays and self._held.any()):
+            return np.concatenate([self._held, np.zeros(self.system.n_delays, dtype=np.uint8)])
+        t, u = ca.SX.sym("t"), ca.SX.sym("u", len(self.system.inputs))
+        source, _ = self.system.history(t, u, ca.DM(self.parameters))
+        depends = np.array(ca.DM(ca.jacobian(source, ca.vertcat(t, u)).sparsity(), 1)) != 0
+        given = np.concatenate([[0], self._held])
+        stays = depends.any(axis=1) & ~(depends & (given == 0)).any(axis=1)
+        return np.concatenate([self._held, stays.astype(np.uint8)])
 
     def _sources(self, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Delayed quantities (n, nd) at the samples; kept for the last trials, as they depend on no parameter."""

@@ -47,7 +47,8 @@ typedef struct {
   const double *before;       /* nd rows of nodes: by how much a delayed quantity was off its first sample before it, at
                                  equal distances up to its delay time */
   const double *p;            /* all parameters */
-  const unsigned char *held;  /* nu marks: 1 for an input that stays at a sample's value until the next sample */
+  const unsigned char *held;  /* nu marks: 1 for an input that stays at a sample's value until the next sample; then nd marks
+                                 of delayed quantities that stay so */
   double tolerance;           /* error of a step, as a share of the largest value of each state so far; 0: any */
   function rate, output;      /* f or fj, y or yj */
 } problem;
@@ -100,26 +101,55 @@ static double before_start(const problem *m, int j, double ago) {
   return low + (place - (double)k) * (node[k] - low);
 }
 
-/* Inputs and delayed quantities at time t inside sample interval k; d_slope is their rate of change. */
-static void read_inputs(const problem *m, int k, double t, double *u, double *d, double *d_slope) {
+/* The sample interval from 0 to last - 1 that contains a time, which is not before the first sample. */
+static int interval_of(const problem *m, double time, int last) {
+  int low = 0, high = last;
+  while (high - low > 1) {
+    int middle = (low + high) / 2;
+    if (m->t[middle] <= time) low = middle; else high = middle;
+  }
+  return low;
+}
+
+/* Delayed quantity j at a past time before sample k + 1, in straight lines; slope is its rate of change. */
+static double in_lines(const problem *m, int j, int k, double past, double *slope) {
+  *slope = 0.0;
+  if (past <= m->t[0]) return m->source[j] + before_start(m, j, m->t[0] - past);
+  const int low = interval_of(m, past, k + 1), high = low + 1;
+  *slope = (m->source[high * m->nd + j] - m->source[low * m->nd + j]) / (m->t[high] - m->t[low]);
+  return m->source[low * m->nd + j] + (past - m->t[low]) * *slope;
+}
+
+/* The mean of held, delayed quantity j from one past time to another, both before sample k + 1: its jumps are seldom where a
+ * step of the integration ends, and the mean over that has the same impulse. Its slope is that of straight lines which are half
+ * an interval late, as a step is. */
+static double held_mean(const problem *m, int j, int k, double from, double to, double *slope) {
+  const double half = 0.5 * (m->t[k + 1] - m->t[k]);
+  double at = from, sum = 0.0, value = m->source[j] + before_start(m, j, m->t[0] - from);
+  int low = from < m->t[0] ? -1 : interval_of(m, from, k + 1);
+  if (low >= 0) value = m->source[low * m->nd + j];
+  const double before = in_lines(m, j, k, from - half, slope);
+  if (!(to > from)) return value;
+  *slope = (in_lines(m, j, k, to - half, slope) - before) / (to - from);
+  for (; low < k && m->t[low + 1] < to; low++) {
+    sum += (m->t[low + 1] - at) * value;
+    at = m->t[low + 1];
+    value = m->source[(low + 1) * m->nd + j];
+  }
+  return (sum + (to - at) * value) / (to - from);
+}
+
+/* Inputs and delayed quantities at time t inside sample interval k, in a step from one time to another; d_slope is their rate
+ * of change. */
+static void read_inputs(const problem *m, int k, double t, double from, double to, double *u, double *d, double *d_slope) {
   double width = m->t[k + 1] - m->t[k];
   double share = (t - m->t[k]) / width;
   for (int i = 0; i < m->nu; i++)
     u[i] = m->u[k * m->nu + i] + (m->held[i] ? 0.0 : share * (m->u[(k + 1) * m->nu + i] - m->u[k * m->nu + i]));
   for (int j = 0; j < m->nd; j++) {
-    double past = t - m->delay[j];
-    int low = 0, high = k + 1;
-    if (past <= m->t[0]) {
-      d[j] = m->source[j] + before_start(m, j, m->t[0] - past);
-      d_slope[j] = 0.0;
-      continue;
-    }
-    while (high - low > 1) { /* the interval that contains the past time */
-      int middle = (low + high) / 2;
-      if (m->t[middle] <= past) low = middle; else high = middle;
-    }
-    d_slope[j] = (m->source[high * m->nd + j] - m->source[low * m->nd + j]) / (m->t[high] - m->t[low]);
-    d[j] = m->source[low * m->nd + j] + (past - m->t[low]) * d_slope[j];
+    const double late = m->delay[j];
+    d[j] = m->held[m->nu + j] ? held_mean(m, j, k, from - late, to - late, d_slope + j)
+                              : in_lines(m, j, k, t - late, d_slope + j);
   }
 }
 
@@ -198,7 +228,7 @@ static int refined(const problem *m, workspace *f, int k, double t, double whole
     for (int stage = 0; stage < 4; stage++) {
       double reach = node[stage] * h;
       add(nx, x, reach, stage == 0 ? x : rate, at); /* the rates of a step that was too long may be no numbers */
-      if (stage != 2) read_inputs(m, k, t + reach, u, d, slope);
+      if (stage != 2) read_inputs(m, k, t + reach, t, t + h, u, d, slope);
       evaluate(f, t + reach, at, u, d, m->p, rate, NULL);
       add(nx, stage == 0 ? x : sum, h * weight[stage], rate, sum);
     }
@@ -229,7 +259,7 @@ int misfit_simulate(const problem *m, const double *x0, double *y, double *dy) {
     for (int i = 0; i < nx; i++) s[i * width + i] = 1.0;
   int k, parts = 1;
   for (k = 0; k < n; k++) {
-    read_inputs(m, k < n - 1 ? k : k - 1, m->t[k], u, d, slope);
+    read_inputs(m, k < n - 1 ? k : k - 1, m->t[k], m->t[k], m->t[k], u, d, slope);
     for (int i = 0; i < m->nu; i++)
       if (m->held[i]) u[i] = m->u[k * m->nu + i]; /* at the last sample, too */
     evaluate(&g, m->t[k], x, u, d, m->p, y + k * ny, jy);
@@ -252,7 +282,7 @@ int misfit_simulate(const problem *m, const double *x0, double *y, double *dy) {
       for (int stage = 0; stage < 4; stage++) {
         double reach = node[stage] * h;
         add(nx, x, reach, kn, xs);
-        if (stage != 2) read_inputs(m, k, t + reach, u, d, slope); /* stages 1 and 2 are at the same time */
+        if (stage != 2) read_inputs(m, k, t + reach, t, t + h, u, d, slope); /* stages 1 and 2 are at the same time */
         evaluate(&f, t + reach, xs, u, d, m->p, kn, jf);
         if (sens) {
           chain(m, &m->rate, jf, nx, width, stage == 0 ? s : ss, slope, kk);

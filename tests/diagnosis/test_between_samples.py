@@ -1,5 +1,6 @@
 """What happens between samples of an input excuses an error up to what it can be, and no more."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -56,3 +57,13 @@ def test_error_is_no_noise_if_more_must_happen_between_samples_than_can(
     assert found.tangent.base.cost > 4.0
     assert min(found.p_value, found.p_of_flexible) > SIGNIFICANT, "neither effects nor forces explain it"
     assert found.is_structured is is_structured
+
+
+def test_a_model_with_effects_holds_the_inputs_that_were_held() -> None:
+    source = replace(find_modelica_model("drive"), held=("torque",))
+    candidates, _ = find_candidates(
+        source, source.compile(), [c for c in effect_library() if c.id == "viscous_friction"]
+    )
+    chosen = EffectSet(source, tuple(candidates), ("phi",))
+    models = model_of(source, source.compile()), chosen.model, chosen.fixed(np.array([0.1]), "Written")
+    assert [model.compiled.held for model in models] == [("torque",)] * 3

@@ -111,11 +111,11 @@ def test_the_questions_of_a_cycle_move_the_plant_once() -> None:
     robot = VirtualRobot(plant)
     robot.advance(robot.arrival(1000 * MS))
     question = Frame(0x404, b"\x30")
-    for late_ns in (0, MS // 10, MS // 4):  # one question after the other, while the first is being answered
+    for late_ns in (0, MS // 20, MS // 11):  # one question after the other, while the first is being answered
         robot.receive(question, robot.arrival(1001 * MS + late_ns))
     assert (plant.steps, robot.time_ns) == (1, 1001 * MS)
-    robot.receive(question, robot.arrival(1002 * MS))
-    assert (plant.steps, robot.time_ns) == (2, 1002 * MS)
+    robot.receive(question, robot.arrival(1001 * MS + MS // 4))  # about when the cycle sends its torques
+    assert (plant.steps, robot.time_ns) == (2, 1001 * MS + MS // 4)
 
 
 def test_without_questions_the_plant_moves_on_every_two_milliseconds() -> None:

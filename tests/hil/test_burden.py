@@ -121,14 +121,14 @@ def recorded(folder: Path, burden: Burden, seconds: float = 8.0) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("burden", "effect", "parameter", "value", "within"),
+    ("burden", "effect", "parameter", "value"),
     [
-        (Burden(payload=0.3), "rotor_inertia", "J[1]", 0.3 * REACH[2] ** 2, 0.01),
-        (Burden(delay=0.04), "stimulation_delay", "T", 0.04, 0.01),
+        (Burden(payload=0.3), "rotor_inertia", "J[1]", 0.3 * REACH[2] ** 2),
+        (Burden(delay=0.013, noise=3e-4), "stimulation_delay", "T", 0.013),
     ],
 )
 def test_a_session_finds_out_what_its_virtual_robot_was_given(
-    burden: Burden, effect: str, parameter: str, value: float, within: float, tmp_path: Path
+    burden: Burden, effect: str, parameter: str, value: float, tmp_path: Path
 ) -> None:
     recording, out = recorded(tmp_path / "session", burden), tmp_path / "set"
     found = CliRunner().invoke(
@@ -138,7 +138,8 @@ def test_a_session_finds_out_what_its_virtual_robot_was_given(
     named = {each["id"]: each for each in json.loads((out / DIAGNOSIS).read_text())["effects"]}
     assert set(named) == {effect, "viscous_friction"}
     sizes = {name: part["value"] for name, part in named[effect]["parameters"].items()}
-    assert sizes[parameter] == pytest.approx(value, rel=within)
+    # Torques are held from cycle to cycle of 10 ms: taken for straight lines, the delay would be 5 ms more.
+    assert sizes[parameter] == pytest.approx(value, rel=2e-3)
 
 
 def test_a_weak_muscle_pulls_with_its_share_and_the_others_as_ever() -> None:

@@ -18,7 +18,7 @@ from hil.codecs.frame import Timed
 from hil.emulation.anatomy import anatomy
 from hil.emulation.planar import Placement
 from hil.session.recorded import replay_session
-from hil.trials.files import CUT, STRAIGHT, in_effect, pushes
+from hil.trials.files import CUT, STRAIGHT, acted, middles, pushes
 from hil.trials.phases import PEAK, Course, Movement, Phase
 from hil.trials.protocol import Protocol, Trial, protocol_of_json, read_protocol
 from hil.virtual.faults import Faults
@@ -291,8 +291,19 @@ def test_torques_that_the_core_has_cut_stand_in_the_trials_forces(session: Sessi
 def test_torques_of_a_cycle_are_weighed_with_the_time_in_which_they_act() -> None:
     """Sent 1 ms after the middle of 2 ms before and after, 2 N.m follow 6 N.m for 3 of 4 ms: a mean of 5 N.m."""
     torques = np.array([[6.0, 0.0], [2.0, 1.0], [2.0, 1.0], [0.0, 0.0]])
-    found = in_effect(0.004 * np.arange(4.0), torques, np.array([0.0, 0.001, 0.002, 0.003]))
+    times, took = 0.004 * np.arange(4.0), np.array([0.0, 0.001, 0.002, 0.003])
+    found = acted(middles(times), times, torques, took)
     assert found == pytest.approx(np.array([[6.0, 0.0], [5.0, 0.25], [2.0, 1.0], [2.0, 1.0]]))
+
+
+def test_a_late_cycle_lets_the_torque_before_it_act_for_longer() -> None:
+    """6 N.m from 1 ms on, 2 N.m from 12 ms on: (6 + 3 * 2)/4 N.m from 11 to 15 ms, and 6 N.m from 4 to 11 ms."""
+    times, torques, took = (
+        np.array([0.0, 0.004, 0.011, 0.015]),
+        np.array([[6.0], [6.0], [2.0], [2.0]]),
+        np.full(4, 0.001),
+    )
+    assert acted(times, times, torques, took)[:, 0] == pytest.approx([6.0, 6.0, 3.0])
 
 
 @given(

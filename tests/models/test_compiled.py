@@ -117,6 +117,33 @@ def test_sensitivities_equal_central_differences_including_the_delay() -> None:
         assert np.quantile(np.abs((up - down) / (2 * e) - slopes[:, 0, k]), 0.9) < 1e-3 * np.abs(slopes[:, 0, k]).max()
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.004, 0.0113, 0.3])
+def test_a_held_input_is_held_behind_a_delay_too(delay: float) -> None:
+    time, free = np.linspace(0, 1, 51), ["tau", "delay"]
+    inputs = np.random.default_rng(5).standard_normal((51, 1))
+    model = CompiledModel(lag(delay), ["y"], free, held=["u"])
+
+    run = model.run(time, inputs, model.parameters, np.zeros(1), substeps=40, sensitivities=True)
+
+    # Each step of the input adds 1 - exp(-t/tau) from its time on; before the first sample it was as that.
+    steps = np.diff(np.concatenate([[0.0], inputs[:, 0]]))
+    began = np.concatenate([[0.0], time[1:] + delay])
+    since = np.maximum(time[:, None] - began[None, :], 0.0)
+    x = (1 - np.exp(-since / 0.1)) @ steps
+    # A step inside a step of the integration of 0.5 ms is spread over it.
+    assert np.abs(run.outputs[:, 0] - (2 * x + inputs[:, 0])).max() < 1e-4
+    # Slopes are those of an input without steps: what a delay of half an interval more and less differs by.
+    e = 0.01
+    late, soon = (
+        model.run(time, inputs, model.with_values([0.1, delay + d]), np.zeros(1), substeps=40).outputs[:, 0]
+        for d in (e, -e)
+    )
+    if delay > e:
+        slope = (late - soon) / (2 * e)
+        assert run.sensitivities is not None
+        assert np.abs(slope - run.sensitivities[:, 0, 2]).max() < 1e-2 * np.abs(slope).max()
+
+
 def test_error_shrinks_with_the_fourth_power_of_the_step() -> None:
     model = CompiledModel(find_modelica_model("arm").compile(), ["q1", "q2"])
     inputs = np.tile([0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 1.0, -1.0, 0, 0], (51, 1))

@@ -35,7 +35,7 @@ class ExtensibleClass:
         self, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()
     ) -> SymbolicModel:
         """Compiled equations."""
-        return SymbolicModel(self.source.name, system, signals, free)
+        return SymbolicModel(self.source.name, system, signals, free, self.source.held)
 
     def candidates(self, system: SymbolicSystem, cards: Sequence[EffectCard]) -> tuple[list[Candidate], list[str]]:
         """Every card at every site of the slots that it fits, and ids of those that fit none."""
@@ -105,7 +105,8 @@ class ExtendedClass:
     def fixed(self, values: Mapping[str, float], name: str) -> SymbolicModel:
         """A class `name` with given values of the effects' parameters."""
         written = patched_model(self._base, name, attachments(self._candidates, self.system, values))
-        return SymbolicModel(written.name, replace(written.compile(), contacts=self._contacts))
+        system = replace(written.compile(), contacts=self._contacts)
+        return SymbolicModel(written.name, system, held=self._base.held)
 
     @property
     def _contacts(self) -> bool:
@@ -197,4 +198,4 @@ def _extended_model(
     signals: tuple[str, ...],
     free: tuple[str, ...],
 ) -> SymbolicModel:
-    return SymbolicModel(base.name, _extended(base, content, name, parts, contacts), signals, free)
+    return SymbolicModel(base.name, _extended(base, content, name, parts, contacts), signals, free, base.held)
