@@ -101,7 +101,9 @@ def yes(robot: object = None) -> bool:
 
 def ask_home() -> bool:
     if not sys.stdin.isatty():
-        return False
+        raise MisfitError(
+            "the arm has not been zeroed; whether it stands where it is zeroed needs somebody at a terminal"
+        )
     with screen_paused():
         return click.confirm("The arm has not been zeroed. Is it on its stops?")
 

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from types import TracebackType
 
 from fmus.errors import MisfitError
-from hil.codecs.barrett.identifiers import Group, Node, answer_of
 from hil.codecs.barrett.safety_module import Button, Level
 from hil.codecs.frame import Frame, Timed
 from hil.virtual.arm_plant import ArmPlant
@@ -79,21 +78,20 @@ class Control:
             while self._before:
                 setattr(*self._before.pop())
             return True
+        if not self.robot.positions:
+            return False
         count = int(rest[0]) if rest else None
-        self.faults.towards_host.append(_limited(_CHANGES[verb](), count))
+        self.faults.towards_host.append(_limited(_CHANGES[verb](self.robot), count, self.robot.positions))
         return True
 
 
-_POSITIONS = frozenset(answer_of(k, Group.POSITIONS) for k in range(1, Node.LAST_MOTOR + 1))
-
-
-def _limited(change: Fault, count: int | None) -> Fault:
+def _limited(change: Fault, count: int | None, positions: frozenset[int]) -> Fault:
     """A fault of so many position answers."""
     left = count
 
     def fault(timed: Timed) -> list[Timed]:
         nonlocal left
-        if timed.frame.identifier not in _POSITIONS or left == 0:
+        if timed.frame.identifier not in positions or left == 0:
             return [timed]
         left = None if left is None else left - 1
         return change(timed)
@@ -101,21 +99,35 @@ def _limited(change: Fault, count: int | None) -> Fault:
     return fault
 
 
-def _flip(timed: Timed) -> list[Timed]:
-    data = timed.frame.data
-    return [Timed(timed.time_ns, Frame(timed.frame.identifier, bytes([data[0] ^ 0x10, *data[1:]])))]
+def _with(timed: Timed, data: bytes) -> list[Timed]:
+    return [Timed(timed.time_ns, Frame(timed.frame.identifier, data))]
 
 
-def _freeze() -> Fault:
-    first: dict[int, Frame] = {}
-    return lambda timed: [Timed(timed.time_ns, first.setdefault(timed.frame.identifier, timed.frame))]
+def _flip(robot: RealTime) -> Fault:
+    high = robot.position[2]
+
+    def fault(timed: Timed) -> list[Timed]:
+        data = timed.frame.data
+        return _with(timed, bytes([*data[:high], data[high] ^ 0x10, *data[high + 1 :]]))
+
+    return fault
 
 
-_CHANGES: dict[str, Callable[[], Fault]] = {
-    "lose": lambda: lambda timed: [],
-    "late": lambda: lambda timed: [Timed(timed.time_ns + LATE_NS, timed.frame)],
-    "double": lambda: lambda timed: [timed, timed],
-    "corrupt": lambda: _flip,
+def _freeze(robot: RealTime) -> Fault:
+    first, (begin, end, _) = dict[int, bytes](), robot.position
+
+    def fault(timed: Timed) -> list[Timed]:
+        data = timed.frame.data
+        return _with(timed, data[:begin] + first.setdefault(timed.frame.identifier, data[begin:end]) + data[end:])
+
+    return fault
+
+
+_CHANGES: dict[str, Callable[[RealTime], Fault]] = {
+    "lose": lambda robot: lambda timed: [],
+    "late": lambda robot: lambda timed: [Timed(timed.time_ns + LATE_NS, timed.frame)],
+    "double": lambda robot: lambda timed: [timed, timed],
+    "corrupt": _flip,
     "freeze": _freeze,
 }
 

@@ -8,7 +8,7 @@ import numpy as np
 from canopen import LocalNode, Network
 
 from hil.cia402 import objects
-from hil.cia402.frames import EMERGENCY_HEAT, EMERGENCY_WATCHDOG, OFF, PERMILLE, SYNC, emergency_of, state_of
+from hil.cia402.frames import EMERGENCY_HEAT, EMERGENCY_WATCHDOG, OFF, PERMILLE, SYNC, emergency_of, state_of, status_of
 from hil.cia402.objects import object_dictionary
 from hil.codecs.frame import Frame, Timed
 from hil.virtual.plant import Plant, encoder_angles
@@ -176,6 +176,7 @@ class VirtualDrives(RealTime):
         self.plant, self.drives, self.gear = plant, tuple(drives), np.array(gear, dtype=float)
         self.time_ns: int | None = None
         self.nodes = self.drives
+        self.positions, self.position = frozenset(status_of(drive.number) for drive in self.drives), (2, 6, 4)
         self._said: list[Timed] = []
         self._turn()
 

@@ -68,11 +68,17 @@ MOST_BEHIND_S = 0.1
 
 
 class RealTime:
-    """What a virtual robot of any kind needs to keep up with the clock; `time_ns` is up to when its plant has moved."""
+    """What a virtual robot of any kind needs to keep up with the clock; `time_ns` is up to when its plant has moved.
+
+    `positions` are the identifiers of answers with a position, which is from byte `position[0]` on, to before `position[1]`;
+    byte `position[2]` is one of its high ones.
+    """
 
     time_ns: int | None
     plant: Plant
     nodes: Sequence[Any]  # each with its `number`, and `powered` unless somebody pulls its plug
+    positions: frozenset[int] = frozenset()
+    position = (0, 8, 0)
 
     def receive(self, frame: Frame, time_ns: int) -> list[Timed]:
         """Take a frame from the bus; returns what is answered, in the order of time."""
@@ -118,6 +124,7 @@ class VirtualRobot(RealTime):
         self.sensor = ForceSensor(seed=seed)
         self.safety = SafetyModule(self.motors, eager=eager, heartbeat_ns=heartbeat_ns)
         self.nodes: Sequence[Node] = (*self.motors, self.sensor, self.safety)
+        self.positions = frozenset(answer_of(motor.number, Group.POSITIONS) for motor in self.motors)
         self.time_ns: int | None = None
         self._show()
 

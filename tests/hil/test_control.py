@@ -4,6 +4,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from struct import pack, unpack
 
 import can
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
+from hil.cia402.frames import status_of
 from hil.codecs.barrett.identifiers import Group, answer_of
 from hil.codecs.barrett.positions import pack_positions
 from hil.codecs.barrett.safety_module import Level, Mode
@@ -24,6 +26,7 @@ from hil.virtual.beside import Ears
 from hil.virtual.body import Body, parse_values
 from hil.virtual.control import LATE_NS, Control, Remote
 from hil.virtual.faults import Faults
+from hil.virtual.made import DRIVES, Made
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot
 from hil.virtual.socketcand import SocketcandServer
@@ -50,6 +53,18 @@ def test_position_answers_suffer_and_no_others(words: str, arrives: list[Timed])
     assert told.follow([words], 0)
     assert told.faults.to_host(ANSWER) == arrives
     assert told.faults.to_host(OTHER) == [OTHER]
+
+
+@pytest.mark.parametrize(
+    ("words", "arrives"), [("lose", []), ("freeze", [1000, 1000]), ("corrupt", [1000 + 2**20, 1200 + 2**20])]
+)
+def test_what_a_robot_of_drives_is_told_happens_to_their_positions(words: str, arrives: list[int]) -> None:
+    """It was understood, and nothing happened: only Barrett's answers were changed."""
+    told = Control(Made(kind=DRIVES).made(), Faults())
+    assert told.follow([words], 0)
+    said = [Frame(status_of(2), pack("<Hih", 0x1237, position, 6)) for position in (1000, 1200)]
+    shown = [unpack("<Hih", timed.frame.data) for each in said for timed in told.faults.to_host(Timed(0, each))]
+    assert shown == [(0x1237, position, 6) for position in arrives]
 
 
 def test_a_number_of_faults_ends_by_itself_and_heal_ends_all() -> None:
