@@ -80,7 +80,7 @@ def _round(settings: "Settings", folder: Path, inside: "DirectBus | None") -> "t
     """A session through all postures; how they were held, and what it came to."""
     from hil.session.entry import Operator
     from hil.session.session import run_session
-    from hil.terminal import ask_arm, ask_home, yes
+    from hil.terminal import questions
 
     controllers: list[Any] = []
 
@@ -88,7 +88,7 @@ def _round(settings: "Settings", folder: Path, inside: "DirectBus | None") -> "t
         if not controllers:
             controllers.append(pilot.controller)
 
-    at_home, may_arm = (ask_home, ask_arm) if inside is None else (yes, yes)
+    at_home, may_arm = questions(inside)
     operator = Operator(at_home, may_arm, watch=watch, tell=lambda words: click.echo(words, err=True))
     document = run_session(settings, LONGEST_S, operator, folder, inside=inside)
     return (controllers[0].held if controllers else []), document

@@ -3,7 +3,7 @@
 import contextlib
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -97,6 +97,14 @@ def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
 def yes(robot: object = None) -> bool:
     """Nobody needs to be asked about a robot that is not there."""
     return True
+
+
+def questions(inside: "DirectBus | None") -> "tuple[Callable[[], bool], Callable[[Robot], bool]]":
+    """Whether the arm is zeroed and may be armed: people are asked, or a virtual robot of this process, whose arm is let come to
+    rest first, as people would."""
+    if inside is None:
+        return ask_home, ask_arm
+    return yes, lambda robot: inside.come_to_rest()
 
 
 def ask_home() -> bool:

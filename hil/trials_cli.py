@@ -114,7 +114,7 @@ def _operator(
 ) -> "Operator":
     """Who is asked and told: people at the terminal, or the virtual caregiver; nobody holds an arm whose force is not measured."""
     from hil.session.entry import Operator
-    from hil.terminal import ask_arm, ask_home, yes
+    from hil.terminal import questions
     from hil.trials.assistant import Assistant, words_of
     from hil.trials.phases import Phase
     from hil.virtual.control import Control
@@ -132,7 +132,7 @@ def _operator(
 
     assistant = Assistant(tell, hands)
     stack.enter_context(assistant.at_work())
-    at_home, may_arm = (ask_home, ask_arm) if inside is None else (yes, yes)
+    at_home, may_arm = questions(inside)
     operator = Operator(at_home, may_arm, watch=assistant.watch, tell=lambda words: click.echo(words, err=True))
     if not confirm:
         return operator

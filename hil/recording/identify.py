@@ -67,7 +67,7 @@ def write_identification(
     recorder.rows(times, rows)
     recorder.finish()
     step = float(pilot.robot.steps[k])
-    write_atomically(out / CASE, _case(float(times[-1]), step, k + 1).encode())
+    write_atomically(out / CASE, _case(float(times[-1]), step, k + 1, pilot.robot.about).encode())
     write_atomically(out / MODEL, nominal_model(k + 1, inertia).encode())
     return Identification(k + 1, len(rows), float(moved[k]))
 
@@ -104,11 +104,11 @@ def _acted(cycle: RecordedCycle, decision: Decision, pilot: Pilot) -> np.ndarray
     return commanded - (np.array(outcome.torques) - np.array(decision.passed))
 
 
-def _case(seconds: float, step: float, joint: int) -> str:
+def _case(seconds: float, step: float, joint: int, about: str) -> str:
     cut = round(_LEARNING * seconds, 3)
     units = "\n".join(f"{json.dumps(column.name)} = {json.dumps(column.unit)}" for column in COLUMNS)
     return (
-        f'title = "joint {joint} of a Proficio"\nfiles = ["{JOINT_FILE}"]\n'
+        f'title = {json.dumps(f"joint {joint}: {about}")}\nfiles = ["{JOINT_FILE}"]\n'
         f"learning_window_s = [0.0, {cut}]\nheld_out_window_s = [{cut}, {seconds:.3f}]\n\n"
         f'[columns]\ntime = "s"\n{units}\n\n'
         f'[interpolation]\n{COLUMNS[0].name} = "hold"\n\n'
@@ -120,6 +120,6 @@ def _case(seconds: float, step: float, joint: int) -> str:
 def nominal_model(joint: int, inertia: float) -> str:
     """Modelica text of a joint that has inertia and nothing else, and places for what it lacks."""
     return (
-        f'model {CLASS} "Joint {joint} of a Proficio with inertia alone; what it lacks is to be found"\n'
+        f'model {CLASS} "Joint {joint} with inertia alone; what it lacks is to be found"\n'
         f"  extends FESArm.Plants.Drive(J = {inertia:g});\nend {CLASS};\n"
     )

@@ -4,10 +4,14 @@ import time
 from collections import deque
 
 import can
+import numpy as np
 
 from hil.codecs.frame import Frame, Timed
 from hil.virtual.faults import Faults
 from hil.virtual.robot import RealTime
+
+# rad/s below which joints stand, s that they have done so, s that they have for that, and how often (s) they are looked at.
+STANDS, STOOD_S, PATIENCE_S, _LOOK_S = 1e-3, 0.5, 10.0, 0.01
 
 
 class DirectBus(can.BusABC):
@@ -25,6 +29,16 @@ class DirectBus(can.BusABC):
     def sleep(self, seconds: float) -> None:
         """Let the clock pass."""
         self.time_ns += int(seconds * 1e9)
+
+    def come_to_rest(self) -> bool:
+        """Let the clock pass until the robot's joints stand, or have had their time; frames until then are lost."""
+        plant, stood = self.robot.plant, 0.0
+        for _ in range(round(PATIENCE_S / _LOOK_S)):
+            self.recv(_LOOK_S)
+            stood = stood + _LOOK_S if np.max(np.abs(plant.speeds)) < STANDS else 0.0
+            if stood > STOOD_S:
+                break
+        return True
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Hand a frame to the robot, which hears standard data frames only; its answers wait until their time has come."""

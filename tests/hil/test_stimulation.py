@@ -58,6 +58,15 @@ def test_the_integrator_takes_the_error_that_a_wrong_model_leaves() -> None:
     assert max(with_it.activations) <= 1.0
 
 
+def test_an_arm_whose_tissue_pulls_it_from_the_stops_comes_to_rest_before_it_is_armed(tmp_path: Path) -> None:
+    """The command let it fall into the test of its signs, which ended the session."""
+    options = ["--virtual", "--posture", "0.5", "1.2", "--set", "Kp=10000", "--out", str(tmp_path / "held")]
+    done = CliRunner().invoke(hil, ["stimulate", *options, "--json", str(tmp_path / "said.json"), "--quiet"])
+    assert done.exit_code == 0, done.output
+    [found] = json.loads((tmp_path / "said.json").read_text())["rounds"]
+    assert found["error_rad"] < 2e-3
+
+
 def test_what_a_round_has_shown_is_known_to_the_next_one() -> None:
     plan = Plan(((0.3, 1.0),), reach_s=1.0, hold_s=2.0, strength=STRENGTH, integral=0.0)
     [first] = stimulated(plan).held
