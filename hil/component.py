@@ -98,7 +98,7 @@ class RobotComponent(Component):
         while not self._is_ready:
             if self._ended.is_set() or clock.monotonic() > deadline:
                 faults = opened.loop.summary.faults
-                said = self._failure or (faults[0] if faults else opened.pilot.refused)
+                said = self._failure or (faults[0] if faults else opened.refusal)
                 raise ComponentError(f"the robot could not be armed: {said}")
             clock.sleep(0.01)
 

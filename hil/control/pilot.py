@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from fmus.errors import MisfitError
 from hil.codecs.frame import Frame, Timed
 from hil.control.abilities import Modelling, Pausing, Showing
 from hil.control.controllers import Controller, Observed
@@ -17,7 +18,7 @@ from hil.safety.core import begin, step
 from hil.safety.cycle import Outcome, Reaction, Seen, State, Trip, Vector
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
-from hil.safety.rules import SLOW_SHARE
+from hil.safety.rules import SLOW_SHARE, finite_command
 
 _NO_FORCE: Final = (0.0, 0.0, 0.0)
 
@@ -195,6 +196,12 @@ class Pilot:
         """Why the arm is stopped; None while it is not."""
         return self.state.stopped if self.state is not None else None
 
+    def told(self, trip: Trip) -> str:
+        """What an operator is told of a trip: the error of whoever asked for torques, not that its torques are no numbers."""
+        if trip.rule == finite_command.__name__ and self.controller_error:
+            return f"{trip.rule}: {self.controller_error}"
+        return str(trip)
+
     @property
     def is_over(self) -> bool:
         """Whether the arm was let go, or gives way without anything left of what was asked."""
@@ -221,7 +228,8 @@ class Pilot:
             self._take_over(self.controller, self._turn(), now_ns)  # it may just have begun again
             return asked
         except BaseException as error:  # a user's own class may raise anything, and end the process as well
-            self.controller_error = f"{type(error).__name__}: {error}"
+            is_plain = isinstance(error, MisfitError)
+            self.controller_error = str(error) if is_plain else f"the controller raised {type(error).__name__}: {error}"
             return (math.nan,) * len(self.limits.joints)
 
     def _unmodelled(self) -> tuple[float, ...] | None:

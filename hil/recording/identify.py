@@ -53,20 +53,24 @@ def write_identification(
         inertia: kg.m2 of the nominal model.
 
     Raises:
-        MisfitError: if the arm was armed for too few cycles, or the inertia is none.
+        MisfitError: if the arm was armed for too few cycles, the joint stood still, or the inertia is none.
     """
     if not (np.isfinite(inertia) and inertia > 0):
         raise MisfitError(f"inertia = {inertia:g} kg.m2; a positive number was expected")
     times, torques, angles = _armed_rows(recording, pilot)
     moved = np.ptp(angles, axis=0)
     k = int(np.argmax(moved)) if joint is None else joint - 1
+    step = float(pilot.robot.steps[k])
+    if moved[k] < 2 * step:
+        raise MisfitError(
+            f"{recording}: joint {k + 1} moved by {moved[k]:.3g} rad, within its encoder's steps of {step:.2g} rad; record a motion"
+        )
     rows = np.column_stack([torques[:, k], angles[:, k]])
     out.mkdir(parents=True, exist_ok=True)
     recorder = recorder_for(out / JOINT_FILE)
     recorder.begin(COLUMNS, {"recording": str(recording), "joint": k + 1})
     recorder.rows(times, rows)
     recorder.finish()
-    step = float(pilot.robot.steps[k])
     write_atomically(out / CASE, _case(float(times[-1]), step, k + 1, pilot.robot.about).encode())
     write_atomically(out / MODEL, nominal_model(k + 1, inertia).encode())
     return Identification(k + 1, len(rows), float(moved[k]))

@@ -127,7 +127,7 @@ class Opened:
         """Why the arm is not armed; what its module has against that is cleared on the pendant."""
         refused = self.pilot.refused
         if refused is None or refused.rule != module_agrees.__name__:
-            return str(refused or _NOT_ACTIVE)
+            return _NOT_ACTIVE if refused is None else self.pilot.told(refused)
         return f"{refused}; {_NOT_ACTIVE}"
 
     def result(self, refused: list[str]) -> dict[str, Any]:
@@ -138,8 +138,7 @@ class Opened:
         """
         summary, pilot = self.loop.summary, self.pilot
         if self.armed and not pilot.is_armed:
-            said = f" ({pilot.controller_error})" if pilot.controller_error else ""
-            summary.faults.append(f"the arm could not be armed: {self.refusal}{said}")
+            summary.faults.append(f"the arm could not be armed: {self.refusal}")
         return {
             **nothing(self.settings),
             "cycles": summary.cycles,

@@ -107,10 +107,9 @@ class Loop:
         trip = self.pilot.stopped
         if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
             return
-        why = self.pilot.controller_error
-        if trip.rule == recorded.__name__ and self.recorder is not None:
-            why = self.recorder.trouble
-        words = f"{trip} ({why})" if why else str(trip)
+        words = self.pilot.told(trip)
+        if trip.rule == recorded.__name__ and self.recorder is not None and self.recorder.trouble:
+            words = f"{words} ({self.recorder.trouble})"
         if words not in self.summary.faults:
             self.summary.faults.append(words)
 

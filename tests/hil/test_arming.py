@@ -72,7 +72,8 @@ def test_without_a_terminal_a_real_robot_is_neither_armed_nor_zeroed(monkeypatch
     monkeypatch.setattr(terminal.sys, "stdin", Terminal(False))
     with pytest.raises(MisfitError, match="arming needs somebody at a terminal"):
         ask_arm(ROBOT)
-    assert not ask_home()
+    with pytest.raises(MisfitError, match="has not been zeroed; .* needs somebody at a terminal"):
+        ask_home()
 
 
 @pytest.mark.parametrize("command", [["hold"], ["check"], ["record", "study", "--out", "x"]])
@@ -111,7 +112,7 @@ def test_what_answers_the_question_before_arming_is_not_taken_for_a_confirmation
     with os.fdopen(line) as stdin, contextlib.ExitStack() as stack:
         monkeypatch.setattr(terminal.sys, "stdin", stdin)
         monkeypatch.setattr(terminal.click, "prompt", prompt)
-        operator = _operator(False, True, BUS, True, stack)
+        operator = _operator(None, True, BUS, True, stack)
         assert operator.may_arm(ROBOT) is True
         assert not operator.confirm.is_set()
         os.write(keyboard, b"\n")
@@ -156,7 +157,7 @@ def test_what_an_arm_waits_for_is_said_once_and_a_watchdog_that_is_gone_is_not_w
 ) -> None:
     monkeypatch.setattr(entry, "MOMENT_S", -1.0)
     told, heartbeat = list[str](), SimpleNamespace(is_watched=True)
-    pilot = SimpleNamespace(is_armed=False, refused=refused, controller=None)
+    pilot = SimpleNamespace(is_armed=False, refused=refused, controller=None, told=str)
     operator = Operator(lambda: True, lambda robot: True, tell=told.append)
     loop, stop = (
         SimpleNamespace(heartbeat=heartbeat, wire=SimpleNamespace(now=lambda: 0)),

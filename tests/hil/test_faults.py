@@ -25,7 +25,7 @@ RUNNING = {
     "all answers lost": (Reaction.RELEASE, 15, "for 30 ms"),
     "a length of 2": (Reaction.RELEASE, 15, "for 30 ms"),
     "the host stands still for 30 ms": (Reaction.RELEASE, 1, "ms between two cycles"),
-    "a controller that raises": (Reaction.SUPPORT, 1, "is nan N.m"),
+    "a controller that raises": (Reaction.SUPPORT, 1, "the controller raised ZeroDivisionError"),
     "a controller that asks for NaN": (Reaction.SUPPORT, 1, "is nan N.m"),
     "a controller that asks for -8192 N.m": (Reaction.RELEASE, 10, "safety module"),
     "a controller that takes 5 ms": (Reaction.COMPLY, 15, "took more than half of 2 ms"),

@@ -73,3 +73,11 @@ def test_a_recording_of_an_arm_that_was_never_armed_says_so(tmp_path: Path) -> N
     recording = record(tmp_path / "session", 0.3, arm=False)
     with pytest.raises(MisfitError, match="cycles of an armed arm; 50 or more"):
         write_identification(recording, recorded_pilot(recording), tmp_path / "set")
+
+
+def test_a_joint_that_stood_still_is_no_measurement(tmp_path: Path) -> None:
+    """A held arm gave 482 rows of a joint that "moved by 0 rad", and advice to go on."""
+    recording = record(tmp_path / "session", 2.0)
+    with pytest.raises(MisfitError, match=r"joint 1 moved by 0 rad, within its encoder's steps"):
+        write_identification(recording, recorded_pilot(recording), tmp_path / "set", joint=1)
+    assert not (tmp_path / "set").exists()
