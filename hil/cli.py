@@ -310,7 +310,9 @@ def identify(
     write_json(json_file, {**document, "joint": found.joint, "rows": found.rows, "block": written})
     lines = [f"{found.rows} rows of joint {found.joint}, which moved by {found.moved:.3g} rad, in {out}"]
     if learned:
-        lines.append(f"block learned: {written}" if written else "no block: what was learned made held-out runs worse")
+        coupled = block.with_suffix("") / "system.toml"
+        learned_words = f"block learned: {written}, coupled to the model in {coupled}"
+        lines.append(learned_words if written else "no block: what was learned made held-out runs worse")
     silent = quiet or json_file == "-"
     if not named:
         lines.append(f"to go on: misfit discover {model} {out}")

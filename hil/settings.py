@@ -248,8 +248,8 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
     try:
         found = default_settings(side, rate_hz, kind, options)
         limits = found.limits
-        limits = replace(limits, joints=_joints(document.get("joints", []), limits.joints, name))
-        _known(wanted, [f.name for f in fields(Limits)[2:]], f"{name} [limits]")
+        limits = replace(limits, joints=_joints(document.get("joints", []), limits.joints))
+        _known(wanted, [f.name for f in fields(Limits)[2:]], "[limits]")
         check_numbers(wanted, LIMITS)
         limits = replace(limits, **wanted)
         waived = tuple(words for key, words in KEYS.items() if _switch(robot, key, False))
@@ -268,7 +268,7 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         if any(len(values) != len(limits.joints) for values in lists.values()):
             raise MisfitError(f"stiffness, damping and proof_torque need {len(limits.joints)} numbers each")
         found = replace(found, proof=_switch(robot, "proof", True))
-        _known(learning, [f.name for f in fields(Learning)], f"{name} [learning]")
+        _known(learning, [f.name for f in fields(Learning)], "[learning]")
         found = replace(found, learning=Learning(**learning), shoulder=float(robot.get("shoulder", found.shoulder)))
         rows = tuple(tuple(map(float, row)) for row in robot.get("force_axes", _AS_IT_IS))
         kind, source = str(controller.get("kind", "hold")), str(controller.get("source", ""))
@@ -281,7 +281,7 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         raise MisfitError(f"{name} has a value of the wrong kind: {error}; see docs/bench.md") from error
 
 
-def _joints(tables: Sequence[Mapping[str, Any]], usual: Sequence[JointLimits], name: str) -> tuple[JointLimits, ...]:
+def _joints(tables: Sequence[Mapping[str, Any]], usual: Sequence[JointLimits]) -> tuple[JointLimits, ...]:
     """Limits of all joints: the usual ones with what the tables say, one table a joint, or by its number `joint`."""
     joints, seen = list(usual), set[int]()
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
@@ -294,7 +294,7 @@ def _joints(tables: Sequence[Mapping[str, Any]], usual: Sequence[JointLimits], n
             raise MisfitError(f"[[joints]] has two tables for joint {number}; merge them")
         seen.add(number)
         given = {key: value for key, value in table.items() if key != "joint"}
-        _known(given, [f.name for f in fields(JointLimits)], f"{name} [[joints]]")
+        _known(given, [f.name for f in fields(JointLimits)], "[[joints]]")
         try:
             check_numbers(given, JOINTS)
             joints[number - 1] = replace(joints[number - 1], **_with_zones(given))

@@ -97,6 +97,7 @@ def test_a_bench_file_that_waives_a_safeguard_halves_the_limits_and_says_so_ever
         ("[limits]\nmissing_comply_s = 5\nmissing_release_s = 29", "missing_comply_s = 5 s is outside"),
         ("[limits]\nforce_missing_s = 50", "force_missing_s = 50 s is outside"),
         ("[limits]\nbandwidth = 1e-6", "bandwidth = 1e-06 rad/s is outside"),
+        ("[limits]\npowr = 3", r"\[limits\] has 'powr', which is not known; there are power, energy"),
         ("[limits]\nreach = 1e9", "reach = 1e[+]09 m is outside"),
         ("[limits]\ndamping = 1e6", "damping = 1e[+]06 N.m.s/rad is outside"),
         ("[limits]\noscillation = 2.5", "oscillation = 2.5; a whole number"),
@@ -124,8 +125,9 @@ def test_a_bench_file_that_would_drive_the_arm_is_refused_with_file_and_key(
 ) -> None:
     path = tmp_path / "bench.toml"
     path.write_text(f'[bus]\ninterface = "virtual"\n{lines}\n')
-    with pytest.raises(MisfitError, match=rf"bench\.toml.*{words}"):
+    with pytest.raises(MisfitError, match=rf"bench\.toml.*{words}") as caught:
         read_settings(path)
+    assert str(caught.value).count("bench.toml") == 1
 
 
 @pytest.mark.parametrize("lines", ["limits = 3", "robot = [1]", "controller = 'hold'", "bus = 'can0'", "learning = 1"])
