@@ -59,10 +59,11 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Priors:
-    """Normal priors and limits of the free parameters, (ntheta,) each; a std of infinity is none.
+    """Priors and limits of the free parameters, (ntheta,) each; a std of infinity is none.
 
     Of those `by_logs` steps change the logarithm, which `std` is of, too: half the speed at which friction is smooth is as far as
-    twice that, and zero is no value.
+    twice that, and zero is no value. Priors are normal but for those with `tails`, which have Cauchy's, as curved at the mean: a
+    parameter is off by a few percent, or somebody forgot the rotor.
     """
 
     mean: np.ndarray
@@ -70,6 +71,7 @@ class Priors:
     low: np.ndarray
     high: np.ndarray
     by_logs: np.ndarray = field(default_factory=lambda: np.zeros(1, dtype=bool))
+    tails: np.ndarray = field(default_factory=lambda: np.zeros(1, dtype=bool))
 
     def inner(self, theta: np.ndarray) -> np.ndarray:
         """Values as steps change them."""
@@ -85,7 +87,14 @@ class Priors:
 
     def cost(self, theta: np.ndarray) -> float:
         """Minus the logarithm of the prior, up to a constant."""
-        return 0.5 * float(np.sum(((self.inner(theta) - self.inner(self.mean)) / self.std) ** 2))
+        half = 0.5 * ((self.inner(theta) - self.inner(self.mean)) / self.std) ** 2
+        return float(np.sum(np.where(self.tails, np.log1p(half), half)))
+
+    def weights(self, theta: np.ndarray) -> np.ndarray:
+        """Precision of the normal priors that have the same gradient here, by what steps change."""
+        precise = 1.0 / self.std**2
+        half = 0.5 * (self.inner(theta) - self.inner(self.mean)) ** 2 * precise
+        return precise / np.where(self.tails, 1.0 + half, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -523,8 +532,9 @@ class Work:
     def normal(self, theta: np.ndarray, noise: Sequence[Noise]) -> tuple[np.ndarray, np.ndarray]:
         """Gradient and Gauss-Newton's curvature at frozen gains, by what steps change."""
         priors, slopes = self.priors, self.priors.slopes(theta)
-        gradient = (priors.inner(theta) - priors.inner(priors.mean)) / priors.std**2
-        curvature = np.diag(1.0 / priors.std**2)
+        weights = priors.weights(theta)
+        gradient = (priors.inner(theta) - priors.inner(priors.mean)) * weights
+        curvature = np.diag(weights)
         for run in self.runs(theta, noise, slopes=True):
             weight = np.where(run.variance > 0, 1.0 / np.where(run.variance > 0, run.variance, 1.0), 0.0)
             rows = slopes * run.slope.reshape(run.slope.shape[0] * run.slope.shape[1], len(theta))

@@ -555,7 +555,8 @@ def _begun_from(
     start = np.array([c.shapes.get(p.name, 0.0) for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T
-    priors = Priors(start, spread, low, high, np.array([p.smooths for _, p in free], dtype=bool))
+    smooths, tails = (np.array([bool(v(p)) for _, p in free]) for v in (lambda p: p.smooths, lambda p: p.prior))
+    priors = Priors(start, spread, low, high, smooths, tails)
     first = np.array([known.get(name, value) for name, value in zip(names, start, strict=True)])
     if noise is None:
         noise = [first_noise(box, [trial], setting.balances, first) for trial in setting.trials]
@@ -607,7 +608,7 @@ def _deviations(fit: Fit) -> np.ndarray:
     if not m:
         return np.zeros(0)
     normal = normal_equations(fit)
-    whole = normal.matrix.sum(axis=0) + np.diag(1.0 / (fit.priors.slopes(fit.theta) * fit.priors.std) ** 2)
+    whole = normal.matrix.sum(axis=0) + np.diag(fit.priors.weights(fit.theta) / fit.priors.slopes(fit.theta) ** 2)
     scale = np.sqrt(np.maximum(np.diag(whole), 1e-300))
     inverse = np.linalg.pinv(whole / scale[:, None] / scale, rcond=1e-10) / scale[:, None] / scale
     blocks = len(normal.square)

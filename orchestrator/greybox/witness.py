@@ -100,7 +100,7 @@ def _forces(
     force[~np.isfinite(force) | (step < 1e-3 * np.median(step))] = np.nan
     middle = 0.5 * (states[1:] + states[:-1])
     series = {v.name: middle[:, i] for i, v in enumerate(case.base.states)}
-    series |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs) if np.ptp(trial.inputs[:, i]) > 0}
+    series |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs)}
     asked = {text for c in chosen.candidates for text in c.place.coordinates.values()}
     series |= {name: values for name, values in along(case.base, middle).items() if name in asked}
     series["time"] = trial.time[1:]

@@ -36,12 +36,13 @@ def slide_record(
     seed: int = 0,
     samples: int = 400,
     said: bool = False,
+    constant: int = 0,
 ) -> Path:
     """Three records of `samples` of the mass with a further force of position and speed; `folder` also holds the model.
 
     `dahl` is the friction of Dahl's model (1968), fully developed, in N, and the way over which 63 % of it develops, in m.
     `sensor` makes of positions what is recorded. Where it is `said`, the case file tells that the force runs in straight lines
-    between samples, so that no diagnosis asks.
+    between samples, so that no diagnosis asks. In the trial of number `constant` the force stays at 3 N.
     """
     friction, way = dahl or (0.0, 1.0)
     random = np.random.default_rng(seed)
@@ -53,6 +54,7 @@ def slide_record(
         t = np.arange(samples) * step
         waves = zip(random.uniform(0.2, 3.0, 4), random.uniform(0, 6.28, 4), strict=True)
         force = sum(3.0 * np.sin(2 * np.pi * f * t + p) for f, p in waves)
+        force = np.full(samples, 3.0) if trial == constant else force
         state, x = np.zeros(3), []
         for i in range(len(t)):
             x.append(state[0])

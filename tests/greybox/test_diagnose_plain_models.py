@@ -30,6 +30,11 @@ def test_dry_and_viscous_friction_are_named_with_their_values(tmp_path: Path) ->
     assert values["coulomb_friction"]["fC"].value == pytest.approx(0.8, rel=0.1)
 
 
+def test_an_input_that_is_constant_in_one_trial_is_no_failure(tmp_path: Path) -> None:
+    found = diagnosed(slide_record(tmp_path, lambda x, v: -1.5 * v, seed=6, constant=2))
+    assert found.verdict == "named" and [effect.id for effect in found.effects] == ["viscous_friction"]
+
+
 def test_nothing_is_missing_where_nothing_is(tmp_path: Path) -> None:
     found = diagnosed(slide_record(tmp_path, lambda x, v: 0.0, seed=4))
     assert found.verdict == "adequate" and not found.effects and not found.best

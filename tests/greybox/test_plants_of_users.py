@@ -422,6 +422,25 @@ def test_one_wrong_mass_is_named_and_no_constant_force_beside_another_wrong_mass
     assert named["parameter_error", "m1"]["share"].value == pytest.approx(0.03, abs=1e-3)
 
 
+def test_a_mass_that_is_three_times_the_models_is_named_beside_dry_friction(tmp_path: Path) -> None:
+    """A forgotten rotor: with a normal prior of 5 % the mass was kept, and drag, a zero error and friction stood for it."""
+    folder = record(
+        tmp_path,
+        lambda x, F: [x[1], (F - 40 * x[0] - 0.6 * x[1] - 0.5 * np.tanh(x[1] / 1e-3)) / 2.4],
+        [0.0, 0.0],
+        (-3.0, 3.0),
+        0.02,
+        240,
+        {"x": ("m", lambda x: x[0], 1e-4)},
+        ("F", "N"),
+    )
+    found = diagnose(written(tmp_path, OSCILLATOR), load_measurements(str(folder)), workers=1)
+    named = {(effect.id, effect.site): effect.parameters for effect in found.effects}
+    assert set(named) == {("coulomb_friction", "x"), ("parameter_error", "m")}
+    assert named["parameter_error", "m"]["share"].value == pytest.approx(2.0, rel=0.02)
+    assert named["coulomb_friction", "x"]["fC"].value == pytest.approx(0.5, rel=0.05)
+
+
 def test_a_wrong_value_of_a_spring_is_named_and_the_spring_beside_it_is_no_rival(tmp_path: Path) -> None:
     folder = record(
         tmp_path,

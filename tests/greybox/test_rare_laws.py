@@ -100,6 +100,12 @@ CASES: dict[str, tuple[Act, Extra, str, Mapping[str, float]]] = {
         "force_ripple",
         {"sine": 0.6, "cosine": 0.5, "wavenumber": 60.0},
     ),
+    "limit": (
+        _as_given,
+        lambda t, x, v, f: 30.0 * np.sign(x) * max(abs(x) - 0.12, 0.0),
+        "limited_drive",
+        {"k": 30.0, "qLimit": 0.12},
+    ),
     "cube": (_as_given, lambda t, x, v, f: -1.5 * v**3, "cubic_drag", {"c3": 1.5}),
     "shaking": (_as_given, Shaking(0.5, 4.3), "periodic_force", {"amplitude": 0.5, "frequency": 4.3}),
     "moment": (_as_given, lambda t, x, v, f: 0.4 * (t > 2.0), "step_force", {"f0": 0.4, "tBegin": 2.0}),
