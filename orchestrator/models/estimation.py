@@ -27,6 +27,8 @@ Z90 = 1.6449
 # Start values are first guessed at least this share of their range off their bounds: steps of the trust-region reflective
 # method shrink with the distance to a bound, and end there.
 OFF_BOUNDS = 0.05
+# A value without bounds counts as if its range were so many times its first guess: what lies within 1e-4 of that is at a bound.
+MANY = 50.0
 # Clocks are off by at most so many standard deviations.
 MOST_SHIFT = 2.0
 
@@ -137,8 +139,6 @@ def fit(
     first, low, high = (np.asarray(part, dtype=float) for part in (first, low, high))
     prior = Prior(np.zeros(len(first)), np.full(len(first), np.inf)) if prior is None else prior
     problem = _Problem(model, records, noise, substeps, reduce, prior)
-    scale = np.maximum(np.abs(first), 1e-3 * (high - low))
-    scale = np.where(np.isfinite(prior.std), prior.std, scale)
     reach = MOST_SHIFT * prior.shift_std
     bounds = (
         problem.join(low, -reach, [r.start_low for r in records]),
@@ -149,6 +149,12 @@ def fit(
     )
     guess = np.clip(problem.join(first, shift, starts), *bounds)
     residual, jacobian = problem.evaluate(guess, strict=guess.size > 0)
+    # What a value without bounds, begun at zero, must be to change a run by as much as is left.
+    explains = np.linalg.norm(residual) / np.maximum(np.linalg.norm(jacobian[:, : len(first)], axis=0), 1e-300)
+    size = np.where(first != 0, np.abs(first), np.where(explains < 1e150, explains, 1.0))
+    span = np.where(np.isfinite(high - low), high - low, MANY * size)
+    scale = np.maximum(np.abs(first), 1e-3 * span)
+    scale = np.where(np.isfinite(prior.std), prior.std, scale)
     if not jacobian[: problem.data_rows].any():  # nothing to fit, or nothing that the data depend on
         values, _, starts = problem.split(guess)
         cost = float(np.mean(residual[: problem.data_rows] ** 2))
@@ -174,7 +180,7 @@ def fit(
     std, correlation = _sandwich(residual, jacobian, problem.block_edges, len(values))
     # A small value is not at its bound if the data tell it apart from the bound.
     distance = np.minimum(values - low, high - values)
-    at_bound = (distance < 1e-4 * (high - low)) & (distance < 3 * std)
+    at_bound = (distance < 1e-4 * span) & (distance < 3 * std)
     return Fit(
         values,
         std,

@@ -286,11 +286,12 @@ def _inside(first: np.ndarray, effects: EffectSet) -> np.ndarray:
     A value that is only small against its range or its typical size, as in a small plant, stays.
     """
     low, high = effects.bounds()
-    span, typical = high - low, effects.first_guess()
+    typical = effects.first_guess()
     room = np.minimum(typical - low, high - typical)
+    span = np.where(np.isfinite(high - low), high - low, np.abs(typical))
     is_off = room >= AT_BOUND * span
     inside = np.where(is_off, typical, np.clip(first, low + 0.01 * span, high - 0.01 * span))
-    near = AT_BOUND * np.where(is_off, room, span)
+    near = AT_BOUND * np.where(is_off & np.isfinite(room), room, span)
     return np.where(np.minimum(first - low, high - first) >= near, first, inside)
 
 

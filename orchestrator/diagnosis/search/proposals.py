@@ -14,7 +14,7 @@ from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.search.fitting import Setting
 from orchestrator.diagnosis.search.screening import Explanation, Screened, Screener, beside
 from orchestrator.diagnosis.search.tasks import ScreenTask
-from orchestrator.diagnosis.search.thresholds import BY_FREE_RUNS, BY_RESIDUAL, CLEARLY, CLEARLY_LESS
+from orchestrator.diagnosis.search.thresholds import BY_FREE_RUNS, CLEARLY, CLEARLY_LESS
 from orchestrator.elapsed import counting
 from orchestrator.library.cards import Candidate
 
@@ -36,14 +36,14 @@ class Proposer:
         return [single.screened for single in self._singles]
 
     def chosen(
-        self, screened: Sequence[Screened], stage: Stage, beam: Sequence[Refit]
+        self, screened: Sequence[Screened], stage: Stage, beam: Sequence[Refit], by_residual: int
     ) -> tuple[list[Screened], list[Screened]]:
-        """The most promising sets, by the correction residual, by free runs and put together; and others to be refitted
+        """The most promising sets, `by_residual` of the correction, by free runs and put together; and others to be refitted
         as a whole.
 
         Those are pairs and triples that explain more than all their parts let expect.
         """
-        judged = sorted((s for s in screened if s.gain > 0), key=lambda s: -s.gain)[:BY_RESIDUAL]
+        judged = sorted((s for s in screened if s.gain > 0), key=lambda s: -s.gain)[:by_residual]
         inside = stage.tangent.base.labels
         blind = all(np.isnan(s.gain) for s in screened)  # no residual of the equations shows what free runs hide
         wanted = {inside | {label} for label in stage.nominated(BY_FREE_RUNS, simple=blind and not inside)}

@@ -19,13 +19,14 @@ from orchestrator.diagnosis.linear.input_noise import carries_noise, explained_b
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE, MOST_EFFECTS, SIGNIFICANT
+from orchestrator.diagnosis.noise.metric import concatenate
 from orchestrator.diagnosis.search.first_values import first_values
 from orchestrator.diagnosis.search.fitting import Fitter, Progress, Setting
 from orchestrator.diagnosis.search.other_paths import leaves_another, other_path
 from orchestrator.diagnosis.search.proposals import Proposer
 from orchestrator.diagnosis.search.ranges_of_levels import with_ranges_of_levels
 from orchestrator.diagnosis.search.tasks import Wanted
-from orchestrator.diagnosis.search.thresholds import BEAM, MOST_ROUNDS, OTHER_PATHS, ROUGH, UNITED
+from orchestrator.diagnosis.search.thresholds import BEAM, BY_RESIDUAL, LOST, MOST_ROUNDS, OTHER_PATHS, ROUGH, UNITED
 from orchestrator.diagnosis.search.trace import Accepted, Trace
 from orchestrator.library.cards import Candidate
 from orchestrator.models.symbolic import SymbolicModel
@@ -111,13 +112,21 @@ class Searcher:
         """Refit the most promising sets, and those of them without what does not show; the likeliest first."""
         screened = proposer.screened(beam[:BEAM])
         self.trace.screened += screened
-        found = self.fitter.refit(*proposer.chosen(screened, stage, beam), stage, beam[0].fit.values[beam[0].size :])
+        lost = not beam[0].ids and self._is_lost(stage)
+        chosen = proposer.chosen(screened, stage, beam, len(screened) if lost else BY_RESIDUAL)
+        found = self.fitter.refit(*chosen, stage, beam[0].fit.values[beam[0].size :])
         noise = stage.colour.level**2
         found = sorted([*found, *self.fitter.pruned(found)], key=lambda r: half_bic(r, noise, self.trace.choices))
         likeliest = {r.labels: r for r in reversed(found)}
         found = [r for r in found if r is likeliest[r.labels]]
         self.trace.refitted += found
         return found
+
+    def _is_lost(self, stage: Stage) -> bool:
+        """Whether free runs of the model as given have so little to do with the record that slopes along them say nothing."""
+        tangent, measured = stage.tangent, [t.measured - t.measured.mean(axis=0) for t in self.learning.trials]
+        spread = np.linalg.norm(concatenate(self.learning.metrics, measured))
+        return float(np.linalg.norm(tangent.recorded_error[: tangent.data_rows])) > LOST * float(spread)
 
     def _best(self, found: Sequence[Refit], base: Refit, stage: Stage) -> Refit | None:
         """The likeliest set that is better than the tested one, and against which nothing speaks, nor against what it

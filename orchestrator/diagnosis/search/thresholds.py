@@ -58,6 +58,8 @@ WORTH_A_PEAK = 0.01
 # `search.py`
 
 MOST_ROUNDS = 5
+# Free runs of the model as given that err by more than this share of the signals' spread: every effect is refitted alone.
+LOST = 0.2
 # Sets that are extended in the next round, and those whose effects are put together.
 BEAM = 2
 UNITED = 3

@@ -2,8 +2,8 @@ within FESArm.Effects.Field;
 model GravityTilt "The plane is not level: a constant field in it"
   import SI = FESArm.Units;
   extends PartialField;
-  parameter SI.Acceleration gx(min=-5, max=5) = 0.01 "Component along world x";
-  parameter SI.Acceleration gy(min=-5, max=5) = 0.01 "Component along world y";
+  parameter SI.Acceleration gx = 0.01 "Component along world x";
+  parameter SI.Acceleration gy = 0.01 "Component along world y";
 equation
   g = {gx, gy};
   annotation (Documentation(info="<html>

@@ -2,7 +2,7 @@ within FESArm.Effects.Force;
 model LinearCoulombFriction "Friction of a slide of constant size against the motion"
   import SI = FESArm.Units;
   extends PartialForce;
-  parameter SI.Force fC[n](each min=0, each max=100) = fill(0.1, n) "Size of the friction force";
+  parameter SI.Force fC[n](each min=0) = fill(0.1, n) "Size of the friction force";
   parameter SI.Velocity vSharp(min=1e-5) = 0.001 "Speed at which 76 % of the full force is reached";
 equation
   for i in 1:n loop

@@ -2,7 +2,7 @@ within FESArm.Effects.Force;
 model LinearDrag "Drag of a sliding body, growing with the square of speed"
   import SI = FESArm.Units;
   extends PartialForce;
-  parameter SI.QuadraticDrag c[n](each min=0, each max=100) = fill(0.1, n) "Drag";
+  parameter SI.QuadraticDrag c[n](each min=0) = fill(0.1, n) "Drag";
 equation
   for i in 1:n loop
     f[i] = -c[i]*abs(v[i])*v[i];

@@ -2,8 +2,8 @@ within FESArm.Effects.Force;
 model LinearStribeckFriction "Coulomb friction of a slide with a breakaway part that fades with speed"
   import SI = FESArm.Units;
   extends PartialForce;
-  parameter SI.Force fC[n](each min=0, each max=100) = fill(0.05, n) "Friction force at speed";
-  parameter SI.Force fExtra[n](each min=0, each max=100) = fill(0.05, n) "Extra force near rest";
+  parameter SI.Force fC[n](each min=0) = fill(0.05, n) "Friction force at speed";
+  parameter SI.Force fExtra[n](each min=0) = fill(0.05, n) "Extra force near rest";
   parameter SI.Velocity vS(min=0.002, max=2) = 0.05 "Speed at which the extra part has fallen to 37 %";
   parameter SI.Velocity vSharp(min=1e-5) = 0.001 "Speed at which 76 % of the full force is reached";
 equation

@@ -2,7 +2,7 @@ within FESArm.Effects.Force;
 model LinearViscousFriction "Friction of a slide in proportion to its speed"
   import SI = FESArm.Units;
   extends PartialForce;
-  parameter SI.Damping b[n](each min=0, each max=100) = fill(0.1, n) "Damping";
+  parameter SI.Damping b[n](each min=0) = fill(0.1, n) "Damping";
 equation
   for i in 1:n loop
     f[i] = -b[i]*v[i];

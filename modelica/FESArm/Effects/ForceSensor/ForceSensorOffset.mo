@@ -2,7 +2,7 @@ within FESArm.Effects.ForceSensor;
 model ForceSensorOffset "Zero error of the force sensor"
   import SI = FESArm.Units;
   extends PartialForceSensor;
-  parameter SI.Force offset[2](each min=-50, each max=50) = {0.1, 0.1} "Reading minus true force, world axes";
+  parameter SI.Force offset[2] = {0.1, 0.1} "Reading minus true force, world axes";
 equation
   f = u - offset;
   annotation (Documentation(info="<html>

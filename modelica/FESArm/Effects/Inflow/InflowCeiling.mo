@@ -2,7 +2,7 @@ within FESArm.Effects.Inflow;
 model InflowCeiling "Largest flow of a pump"
   import SI = FESArm.Units;
   extends PartialInflow;
-  parameter SI.VolumeFlowRate ceiling(min=1e-6, max=1e-2) = 2e-4 "Largest flow";
+  parameter SI.VolumeFlowRate ceiling(min=1e-12) = 2e-4 "Largest flow";
 equation
   y = noEvent(min(u, ceiling));
   annotation (Documentation(info="<html>

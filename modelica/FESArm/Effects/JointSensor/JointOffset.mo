@@ -2,7 +2,7 @@ within FESArm.Effects.JointSensor;
 model JointOffset "Zero error of an encoder"
   import SI = FESArm.Units;
   extends PartialJointSensor;
-  parameter SI.Angle offset[n](each min=-0.5, each max=0.5) = zeros(n) "Reading minus true angle";
+  parameter SI.Angle offset[n] = zeros(n) "Reading minus true angle";
 equation
   y = q + offset;
   annotation (Documentation(info="<html>

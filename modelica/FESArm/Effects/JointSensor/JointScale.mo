@@ -2,7 +2,7 @@ within FESArm.Effects.JointSensor;
 model JointScale "Scale error of an encoder"
   import SI = FESArm.Units;
   extends PartialJointSensor;
-  parameter SI.Factor scale[n](each min=0.5, each max=2) = ones(n) "Reading over true angle";
+  parameter SI.Factor scale[n](each min=0.02, each max=50) = ones(n) "Reading over true angle";
 equation
   for i in 1:n loop
     y[i] = scale[i]*q[i];

@@ -2,8 +2,8 @@ within FESArm.Effects.JointTorque;
 model Cogging "Torque that repeats with the position of the joint"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.Torque sine[n](each min=-5, each max=5) = fill(0.05, n) "Amplitude of the sine";
-  parameter SI.Torque cosine[n](each min=-5, each max=5) = fill(0, n) "Amplitude of the cosine";
+  parameter SI.Torque sine[n] = fill(0.05, n) "Amplitude of the sine";
+  parameter SI.Torque cosine[n] = fill(0, n) "Amplitude of the cosine";
   parameter SI.Factor periods(min=2, max=60) = 12 "Waves over one turn, divided by 2 pi: rad of phase per rad of joint";
 equation
   for i in 1:n loop

@@ -2,7 +2,7 @@ within FESArm.Effects.JointTorque;
 model ConstantTorque "Steady torque at the joints"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.Torque tau0[n](each min=-20, each max=20) = fill(0.05, n) "Torque, positive in the direction of q";
+  parameter SI.Torque tau0[n] = fill(0.05, n) "Torque, positive in the direction of q";
 equation
   tau = tau0;
   annotation (Documentation(info="<html>

@@ -2,7 +2,7 @@ within FESArm.Effects.JointTorque;
 model CoulombFriction "Friction of constant size against the motion"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.Torque tauC[n](each min=0, each max=5) = fill(0.1, n) "Size of the friction torque";
+  parameter SI.Torque tauC[n](each min=0) = fill(0.1, n) "Size of the friction torque";
   parameter SI.AngularVelocity wSharp(min=1e-4) = 0.002 "Speed at which 76 % of the full torque is reached";
 equation
   for i in 1:n loop

@@ -2,8 +2,8 @@ within FESArm.Effects.JointTorque;
 model Hysteresis "Torque that depends on the path (Bouc-Wen)"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.Torque H[n](each min=0, each max=5) = fill(0.05, n) "Torque of the fully developed loop";
-  parameter SI.Angle xYield(min=0.005, max=1) = 0.05 "Angle over which the torque develops";
+  parameter SI.Torque H[n](each min=0) = fill(0.05, n) "Torque of the fully developed loop";
+  parameter SI.Angle xYield(min=1e-5) = 0.05 "Angle over which the torque develops";
   parameter SI.Factor sigma(min=0.5, max=1) = 0.7 "Shape of the loop: 0.5 unloads steeply, 1 as it loads";
   Real z[n](each unit="1", each start=0, each fixed=true, each min=-1, each max=1) "Share of the loop's torque";
 equation

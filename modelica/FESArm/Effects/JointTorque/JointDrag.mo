@@ -2,7 +2,7 @@ within FESArm.Effects.JointTorque;
 model JointDrag "Torque against the motion, growing with the square of joint speed"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.RotationalDrag c[n](each min=0, each max=5) = fill(0.02, n) "Drag";
+  parameter SI.RotationalDrag c[n](each min=0) = fill(0.02, n) "Drag";
 equation
   for i in 1:n loop
     tau[i] = -c[i]*abs(w[i])*w[i];

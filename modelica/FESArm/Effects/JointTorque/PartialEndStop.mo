@@ -2,7 +2,7 @@ within FESArm.Effects.JointTorque;
 partial model PartialEndStop "Soft one-sided stop inside the range of a joint"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.RotationalStiffness k[n](each min=0, each max=500) = fill(0, n) "Stiffness of the stop";
+  parameter SI.RotationalStiffness k[n](each min=0) = fill(0, n) "Stiffness of the stop";
   parameter SI.Angle qStop[n](each min=-1000, each max=1000) = fill(1, n) "Angle at which the stop begins";
   constant SI.Factor side "+1: acts above qStop, -1: acts below";
 equation

@@ -2,8 +2,8 @@ within FESArm.Effects.JointTorque;
 model PassiveStiffness "Springs at the joints about some posture"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.RotationalStiffness k[n](each min=0, each max=50) = fill(0.1, n) "Stiffness";
-  parameter SI.Torque tau0[n](each min=-20, each max=20) = fill(0, n) "Torque at q = 0; the rest posture is tau0/k";
+  parameter SI.RotationalStiffness k[n](each min=0) = fill(0.1, n) "Stiffness";
+  parameter SI.Torque tau0[n] = fill(0, n) "Torque at q = 0; the rest posture is tau0/k";
 equation
   for i in 1:n loop
     tau[i] = tau0[i] - k[i]*q[i];

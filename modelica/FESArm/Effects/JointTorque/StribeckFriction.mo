@@ -2,8 +2,8 @@ within FESArm.Effects.JointTorque;
 model StribeckFriction "Coulomb friction with a breakaway part that fades with speed"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.Torque tauC[n](each min=0, each max=5) = fill(0.05, n) "Friction torque at speed";
-  parameter SI.Torque tauExtra[n](each min=0, each max=5) = fill(0.05, n) "Extra torque near rest";
+  parameter SI.Torque tauC[n](each min=0) = fill(0.05, n) "Friction torque at speed";
+  parameter SI.Torque tauExtra[n](each min=0) = fill(0.05, n) "Extra torque near rest";
   parameter SI.AngularVelocity vS(min=0.01, max=3) = 0.2 "Speed at which the extra part has fallen to 37 %";
   parameter SI.AngularVelocity wSharp(min=1e-4) = 0.002 "Speed at which 76 % of the full torque is reached";
 equation

@@ -2,8 +2,8 @@ within FESArm.Effects.JointTorque;
 model Tremor "Periodic torque of one frequency at the joints"
   import SI = FESArm.Units;
   extends PartialJointTorque;
-  parameter SI.Torque amplitude[n](each min=-5, each max=5) = fill(0.05, n) "Amplitude";
-  parameter SI.Frequency frequency(min=0.3, max=20) = 4 "Frequency";
+  parameter SI.Torque amplitude[n] = fill(0.05, n) "Amplitude";
+  parameter SI.Frequency frequency(min=0.01, max=1000) = 4 "Frequency";
   Real phase[2](each unit="1", start={0, 1}, each fixed=true, each min=-6, each max=6)
     "Sine and cosine of the phase, times a length that counts for nothing";
 protected

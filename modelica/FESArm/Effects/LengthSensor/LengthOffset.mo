@@ -2,7 +2,7 @@ within FESArm.Effects.LengthSensor;
 model LengthOffset "Zero error of a sensor of length"
   import SI = FESArm.Units;
   extends PartialLengthSensor;
-  parameter SI.Length offset[n](each min=-0.5, each max=0.5) = zeros(n) "Reading minus true length";
+  parameter SI.Length offset[n] = zeros(n) "Reading minus true length";
 equation
   y = x + offset;
   annotation (Documentation(info="<html>

@@ -2,7 +2,7 @@ within FESArm.Effects.LengthSensor;
 model LengthScale "Scale error of a sensor of length"
   import SI = FESArm.Units;
   extends PartialLengthSensor;
-  parameter SI.Factor scale[n](each min=0.5, each max=2) = ones(n) "Reading over true length";
+  parameter SI.Factor scale[n](each min=0.02, each max=50) = ones(n) "Reading over true length";
 equation
   for i in 1:n loop
     y[i] = scale[i]*x[i];

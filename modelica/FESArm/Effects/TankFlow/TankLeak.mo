@@ -2,7 +2,7 @@ within FESArm.Effects.TankFlow;
 model TankLeak "Leak at the bottom of a tank"
   import SI = FESArm.Units;
   extends PartialTankFlow;
-  parameter SI.Area leak[n](each min=0, each max=1e-3) = zeros(n) "Effective areas of the leaks";
+  parameter SI.Area leak[n](each min=0) = zeros(n) "Effective areas of the leaks";
   parameter SI.Acceleration g = 9.81 "Gravity";
   parameter SI.Length hSmall = 1e-4 "Level below which the flow is no longer Torricelli's";
 equation

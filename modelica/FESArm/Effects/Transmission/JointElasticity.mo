@@ -2,11 +2,11 @@ within FESArm.Effects.Transmission;
 model JointElasticity "Motor and load as two masses on a spring"
   import SI = FESArm.Units;
   extends PartialTransmission;
-  parameter SI.RotationalStiffness k(min=0.01, max=1500) = 100 "Stiffness between motor and load";
-  parameter SI.RotationalDamping d(min=0, max=1) = 0.02 "Damping between motor and load";
+  parameter SI.RotationalStiffness k(min=1e-9) = 100 "Stiffness between motor and load";
+  parameter SI.RotationalDamping d(min=0) = 0.02 "Damping between motor and load";
   parameter SI.Factor share(min=0.1, max=0.9) = 0.5 "Share of the inertia that the motor has";
   SI.Angle twist(start=0, fixed=true, min=-3, max=3) "Angle of the motor minus that of the load";
-  SI.AngularVelocity rate(start=0, fixed=true, min=-20, max=20) "= der(twist)";
+  SI.AngularVelocity rate(start=0, fixed=true, min=-2000, max=2000) "= der(twist)";
 equation
   JMotor = share*J;
   tau = -k*twist - d*rate;

@@ -2,7 +2,7 @@ within FESArm.Effects.WristLoad;
 model ConstantForce "Steady force at the wrist"
   import SI = FESArm.Units;
   extends PartialWristLoad;
-  parameter SI.Force f0[2](each min=-100, each max=100) = {0.1, 0.1} "Force on the arm, world axes";
+  parameter SI.Force f0[2] = {0.1, 0.1} "Force on the arm, world axes";
 equation
   f = f0;
   annotation (Documentation(info="<html>

@@ -2,7 +2,7 @@ within FESArm.Effects.WristLoad;
 model QuadraticDrag "Force against the motion, growing with the square of speed"
   import SI = FESArm.Units;
   extends PartialWristLoad;
-  parameter SI.QuadraticDrag c(min=0, max=20) = 0.2 "Drag coefficient";
+  parameter SI.QuadraticDrag c(min=0) = 0.2 "Drag coefficient";
 equation
   f = -c*sqrt(v*v + 1e-12)*v;
   annotation (Documentation(info="<html>
