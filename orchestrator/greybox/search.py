@@ -555,7 +555,7 @@ def _begun_from(
     start = np.array([c.shapes.get(p.name, 0.0) for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T
-    smooths, tails = (np.array([bool(v(p)) for _, p in free]) for v in (lambda p: p.smooths, lambda p: p.prior))
+    smooths, tails = np.array([(p.smooths, p.prior > 0) for _, p in free], dtype=bool).reshape(-1, 2).T
     priors = Priors(start, spread, low, high, smooths, tails)
     first = np.array([known.get(name, value) for name, value in zip(names, start, strict=True)])
     if noise is None:
