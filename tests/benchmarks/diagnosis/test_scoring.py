@@ -143,7 +143,7 @@ def test_scores_of_a_family_count_its_own_cases_only() -> None:
 
     assert scores["name"].startswith("1/2")
     assert scores["false alarm, nominal exactly (N0)"].startswith("0/1")
-    assert scores["found (unknown)"].startswith("1/1")
+    assert scores["found (unknown, or its law named)"].startswith("1/1")
     assert scores["parameter error, median"].startswith("10.0 %")
     assert "| 5 | 0/1" in map_table(map_cells(rows))
 
@@ -184,6 +184,15 @@ def test_effect_of_no_library_is_resolved_by_unknown_and_by_nothing_else() -> No
     rows = [row_of(str(k), outside, unsure, again) for k, again in enumerate(seconds)]
 
     assert [row["resolved"] for row in rows] == [True, False, False]
+
+
+def test_effect_of_no_slot_is_found_by_the_name_of_its_law_and_by_no_other() -> None:
+    outside = truth("unknown", family="O", kind="cubic_spring", enr_left=2.0, parameters=[])
+    rows = [row_of(name, outside, answer(name)) for name in ("cubic_stiffness", "tremor")]
+
+    assert texts(rows)["found (unknown, or its law named)"].startswith("1/2")
+    assert texts(rows)["taken for another effect"].startswith("1/2")
+    assert [utility(row) for row in rows] == [1.0, -0.5]
 
 
 def test_confident_answers_that_are_half_right_are_badly_calibrated() -> None:

@@ -87,12 +87,12 @@ def _outside(rows: Sequence[Row]) -> list[Score]:
     of = _of(rows)
     library = singles(rows) + of("D") + of("T")
     return [
-        Score.share("found (unknown)", _verdict(of("O"), "unknown"), Target(0.85, 0.95)),
+        Score.share("found (unknown, or its law named)", _found(of("O")), Target(0.85, 0.95)),
         Score.share(
             f"found, where the nearest library effect leaves an ENR of {ENOUGH:g} or more",
-            _verdict([r for r in of("O") if r["enr_left"] >= ENOUGH], "unknown"),
+            _found([r for r in of("O") if r["enr_left"] >= ENOUGH]),
         ),
-        Score.share("taken for an effect of the library", Share.of(bool(r["said"]) for r in of("O"))),
+        Score.share("taken for another effect", Share.of(bool(r["said"]) and not r["exact"] for r in of("O"))),
         Score.share(
             "false unknown, singles, pairs and triples",
             Share.of(r["verdict"] == "unknown" for r in library),
@@ -181,7 +181,7 @@ def by_kind(rows: Sequence[Row], key: str) -> list[tuple[str, Share, Share, Shar
     for kind in dict.fromkeys(str(r[key]) for r in rows):
         own = [r for r in rows if str(r[key]) == kind]
         of, rich = _of(own), singles(own)
-        alarms, outside = _alarms(of("N0") + of("N1") + of("N2")), _verdict(of("O"), "unknown")
+        alarms, outside = _alarms(of("N0") + of("N1") + of("N2")), _found(of("O"))
         found.append((kind, alarms, _share(rich, "class"), _share(rich, "exact"), _share(of("D"), "class"), outside))
     return sorted(found)
 
@@ -204,6 +204,10 @@ def _alarms(rows: Sequence[Row]) -> Share:
 
 def _share(rows: Sequence[Row], key: str) -> Share:
     return Share.of(bool(r[key]) for r in rows)
+
+
+def _found(rows: Sequence[Row]) -> Share:
+    return Share.of(r["verdict"] == "unknown" or r["exact"] for r in rows)
 
 
 def _verdict(rows: Sequence[Row], verdict: str) -> Share:
