@@ -158,8 +158,9 @@ class GreyBox:
         self.begin, self.unsure = begin, np.array(unsure, dtype=float)
         self.compiled = CompiledModel(system, outputs, (*balances, *theta), held=held)
         # Of each run so far, also those of other threads: integration steps times the operations of one, about the squared number of
-        # states and two, and of states and slopes.
+        # states and two, of states and slopes, and those of the model's own rates.
         self.work: list[int] = []
+        self._of_rates = system.rhs.n_instructions()
 
     def run(
         self,
@@ -244,7 +245,7 @@ class GreyBox:
         wanted = [None if part is None else part.ctypes.data for part in matrices]
         places = [*(a.ctypes.data for a in (*own, steps, *result)), *wanted, *[None] * (7 - len(wanted))]
         request = _FilterProblem(len(self.balances), int(slopes), *places)
-        self.work.append(int(trial.parts.sum()) * ((nx + 2) ** 2 + nx * nt))
+        self.work.append(int(trial.parts.sum()) * ((nx + 2) ** 2 + nx * nt + self._of_rates))
         reached = _library().misfit_filter_greybox(ctypes.byref(problem), ctypes.byref(request))
         if reached != n:
             raise ComponentError(f"{system.name} left the finite numbers at t = {trial.time[max(reached, 0)]:.4g} s")

@@ -47,7 +47,7 @@ class Thresholds:
     rounds: int = 4
     most_effects: int = 4
     most_parameters: int = 12
-    most_work: float = 2e9
+    most_work: float = 4e9
     by_chance: float = 1e-3
     hopeless: float = 5.0
     standard_errors: float = 1.64

@@ -26,7 +26,7 @@ def _sets(found: Diagnosis) -> dict[str, float]:
 
 def test_a_search_without_work_left_decides_on_what_it_has_whatever_the_number_of_workers(tmp_path: Path) -> None:
     folder = slide_record(tmp_path, lambda x, v: -2.0 * v, samples=120)
-    whole, cut = _diagnosed(folder, 2e9, 2), _diagnosed(folder, 1.0, 2)
+    whole, cut = _diagnosed(folder, 4e9, 2), _diagnosed(folder, 1.0, 2)
 
     assert len(_sets(cut)) < len(_sets(whole))
     assert not any("ended before all sets" in note for note in whole.warnings)
