@@ -127,15 +127,22 @@ def _places(
     if slots:
         return [f"Effects will be tried in the model's {counted(len(slots), 'slot')}: {', '.join(slots[:MOST_LISTED])}"]
     found = unscaled_places(system, balances, [v.name for v in inputs])
-    tried: dict[str, list[str]] = {}
+    tried: dict[str, dict[bool, list[str]]] = {}
     for place, law in product(found, laws()):
-        if place.kind in TRIED and not law.rare and fits(law, place):
-            tried.setdefault(TRIED[place.kind], []).append(law.id_at(place.unit).replace("_", " "))
+        if place.kind in TRIED and fits(law, place):
+            names = tried.setdefault(TRIED[place.kind], {False: [], True: []})[law.rare]
+            names.append(law.id_at(place.unit).replace("_", " "))
     return [
         f"Places for an effect: {counted(len(balances), 'balance equation')}, the paths of {counted(len(inputs), 'input')} and "
         f"{counted(len(outputs), 'output')}, the values of {counted(len(system.parameters), 'parameter')}",
-        *(f"  at {where}: {', '.join(dict.fromkeys(names))}" for where, names in tried.items()),
+        *(f"  at {where}: {_in_turn(names[False], names[True])}" for where, names in tried.items()),
     ]
+
+
+def _in_turn(first: Sequence[str], then: Sequence[str]) -> str:
+    """Names of what is tried, and of what is tried where that leaves much; each once."""
+    parts = [", ".join(dict.fromkeys(names)) for names in (first, then)]
+    return "; if these leave much: ".join(part for part in parts if part)
 
 
 def _duration(seconds: float) -> str:

@@ -28,7 +28,12 @@ def test_states_come_with_unit_balance_and_place() -> None:
     assert f"  w [rad/s]: balance of torques in N.m, Model.mo:{torque}" in found
     places = next(k for k, line in enumerate(found) if line.startswith("Places for an effect: 2 balance equations"))
     assert "the paths of 1 input and 2 outputs" in found[places]
-    tried = dict(line.strip().removeprefix("at ").split(": ") for line in found[places + 1 :])
+    tried, later = {}, {}
+    for line in found[places + 1 :]:
+        where, _, names = line.strip().removeprefix("at ").partition(": ")
+        tried[where], _, later[where] = names.partition("; if these leave much: ")
+    assert {"rate limit", "input delay"} <= set(later["inputs"].split(", "))
+    assert "sensor lag" in later["outputs"].split(", ")
     assert {"viscous friction", "coulomb friction"} <= set(tried["balances"].split(", "))
     assert {"input gain", "saturation"} <= set(tried["inputs"].split(", "))
     assert {"joint offset", "joint scale"} <= set(tried["outputs"].split(", "))
