@@ -14,6 +14,7 @@ from orchestrator.measurements import MeasurementSet
 from orchestrator.measurements.matching import match_columns
 from orchestrator.measurements.wording import counted
 from orchestrator.models.patch import free_slots
+from orchestrator.report.answer.words import name_of
 
 # What adds up in a balance equation of a unit.
 TERMS = {
@@ -131,7 +132,7 @@ def _places(
     for place, law in product(found, laws()):
         if place.kind in TRIED and fits(law, place):
             names = tried.setdefault(TRIED[place.kind], {False: [], True: []})[law.rare]
-            names.append(law.id_at(place.unit).replace("_", " "))
+            names.append(name_of(law.id_at(place.unit)))
     return [
         f"Places for an effect: {counted(len(balances), 'balance equation')}, the paths of {counted(len(inputs), 'input')} and "
         f"{counted(len(outputs), 'output')}, the values of {counted(len(system.parameters), 'parameter')}",

@@ -34,9 +34,9 @@ def test_states_come_with_unit_balance_and_place() -> None:
         tried[where], _, later[where] = names.partition("; if these leave much: ")
     assert {"rate limit", "input delay"} <= set(later["inputs"].split(", "))
     assert "sensor lag" in later["outputs"].split(", ")
-    assert {"viscous friction", "coulomb friction"} <= set(tried["balances"].split(", "))
+    assert {"viscous friction", "Coulomb friction"} <= set(tried["balances"].split(", "))
     assert {"input gain", "saturation"} <= set(tried["inputs"].split(", "))
-    assert {"joint offset", "joint scale"} <= set(tried["outputs"].split(", "))
+    assert {"zero error", "scale error"} <= set(tried["outputs"].split(", "))
 
 
 def test_columns_are_told_with_the_variables_that_they_are() -> None:
