@@ -153,6 +153,8 @@ def measurement_noise(
         and the note asks for a declaration.
     """
     stated = declared_noise(sensors, unit, column) or None
+    if drives and stated is None and declared(sensors, "noise_std", unit, column) == 0.0:
+        return NoiseLevel(Noise(0.0), _note(column, 0.0, unit, "declared in [sensors]"))
     record = recorded_noise([r for r in records if not (drives and _switches(r))])
     shown_std = record.std or None
     clock = clock_jitter(records)

@@ -18,7 +18,9 @@ NOISE = 5e-4
 
 def record(folder: Path, gains: list[float], *, damping: float = 0.3) -> Path:
     """Two trials of the arm, stimulated in steps that `gains` scale for each muscle."""
-    arm = CompiledModel(find_modelica_model("arm").compile(), ["q1", "q2"], ["linkage.b[1]"])
+    system = find_modelica_model("arm").compile()
+    # Columns that stay and jump count as held, so that is what the arm gets.
+    arm = CompiledModel(system, ["q1", "q2"], ["linkage.b[1]"], held=[v.name for v in system.inputs])
     random = np.random.default_rng(3)
     for k in (1, 2):
         alpha = np.repeat(random.uniform(0.1, 0.5, (10, 6)), 100, axis=0) * gains

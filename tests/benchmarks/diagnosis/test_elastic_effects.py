@@ -99,7 +99,6 @@ def test_diagnosis_can_put_the_effect_into_its_machine(name: str, effect: str) -
     added = EffectSet(base, [candidate], system.outputs)
     low, high = added.bounds()
     assert np.all((low <= added.first_guess()) & (added.first_guess() <= high))
-    assert np.all(np.isfinite(high))
     # Without the effect the model has neither its states nor its parameters.
     assert {v.name for v in system.states} <= {v.name for v in added.system.states}
     assert not [v.name for v in system.parameters if v.name.startswith(f"{candidate.slot}.")]
