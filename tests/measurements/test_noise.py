@@ -179,6 +179,12 @@ def test_resolution_is_that_of_the_encoder_however_evenly_it_turns(speed: float)
     assert estimated_noise(angle) == pytest.approx(resolution / np.sqrt(12), rel=0.5)
 
 
+def test_a_command_is_exact_where_that_is_declared() -> None:
+    torque = np.sin(np.arange(400) / 9.0) + 0.05 * np.random.default_rng(1).standard_normal(400)
+    assert measurement_noise("u", "N.m", [torque], {}, drives=True).std > 0.01
+    assert measurement_noise("u", "N.m", [torque], {"torque_noise_std_N.m": 0.0}, drives=True).std == 0.0
+
+
 def test_what_is_fast_in_a_command_is_no_noise_of_its_sensor() -> None:
     sensors = {"torque_noise_std_N.m": 0.001, "torque_noise_std_N_m": 0.001}
     level = measurement_noise("torque", "N.m", [white(0.2)], sensors, drives=True)
