@@ -422,19 +422,16 @@ def test_one_wrong_mass_is_named_and_no_constant_force_beside_another_wrong_mass
     assert named["parameter_error", "m1"]["share"].value == pytest.approx(0.03, abs=1e-3)
 
 
+def of_oscillator(folder: Path, acceleration: Callable[[np.ndarray, float], float]) -> Diagnosis:
+    """The diagnosis of the oscillator along records of another one, by its acceleration (m/s2) at a state and a force."""
+    outputs = {"x": ("m", lambda x: x[0], 1e-4)}
+    record(folder, lambda x, F: [x[1], acceleration(x, F)], [0.0, 0.0], (-3.0, 3.0), 0.02, 240, outputs, ("F", "N"))
+    return diagnose(written(folder, OSCILLATOR), load_measurements(str(folder)), workers=1)
+
+
 def test_a_mass_that_is_three_times_the_models_is_named_beside_dry_friction(tmp_path: Path) -> None:
     """A forgotten rotor: with a normal prior of 5 % the mass was kept, and drag, a zero error and friction stood for it."""
-    folder = record(
-        tmp_path,
-        lambda x, F: [x[1], (F - 40 * x[0] - 0.6 * x[1] - 0.5 * np.tanh(x[1] / 1e-3)) / 2.4],
-        [0.0, 0.0],
-        (-3.0, 3.0),
-        0.02,
-        240,
-        {"x": ("m", lambda x: x[0], 1e-4)},
-        ("F", "N"),
-    )
-    found = diagnose(written(tmp_path, OSCILLATOR), load_measurements(str(folder)), workers=1)
+    found = of_oscillator(tmp_path, lambda x, F: (F - 40 * x[0] - 0.6 * x[1] - 0.5 * np.tanh(x[1] / 1e-3)) / 2.4)
     named = {(effect.id, effect.site): effect.parameters for effect in found.effects}
     assert set(named) == {("coulomb_friction", "x"), ("parameter_error", "m")}
     assert named["parameter_error", "m"]["share"].value == pytest.approx(2.0, rel=0.02)
@@ -442,17 +439,7 @@ def test_a_mass_that_is_three_times_the_models_is_named_beside_dry_friction(tmp_
 
 
 def test_a_wrong_value_of_a_spring_is_named_and_the_spring_beside_it_is_no_rival(tmp_path: Path) -> None:
-    folder = record(
-        tmp_path,
-        lambda x, F: [x[1], (F - 42 * x[0] - 0.6 * x[1]) / 0.8],
-        [0.0, 0.0],
-        (-3.0, 3.0),
-        0.02,
-        240,
-        {"x": ("m", lambda x: x[0], 1e-4)},
-        ("F", "N"),
-    )
-    found = diagnose(written(tmp_path, OSCILLATOR), load_measurements(str(folder)), workers=1)
+    found = of_oscillator(tmp_path, lambda x, F: (F - 42 * x[0] - 0.6 * x[1]) / 0.8)
     effect = the_one(found)
     assert (effect.id, effect.site) == ("parameter_error", "c")
     assert effect.parameters["share"].value == pytest.approx(0.05, rel=0.02)
