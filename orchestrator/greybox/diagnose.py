@@ -435,7 +435,8 @@ def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> fl
     """Error of predictions over windows of each held-out trial, whose noise is its own."""
     fit = found.fit
     trials = held_out_trials(outcome.case)
-    held = replace(fit.priors, mean=fit.theta, std=np.full(len(fit.theta), 1e-12))
+    none = np.zeros(1, dtype=bool)  # no tails: these values stay where they are
+    held = replace(fit.priors, mean=fit.theta, std=np.full(len(fit.theta), 1e-12), tails=none)
     try:
         start: list[Noise] = [first_noise(fit.box, [trial], outcome.case.balances, fit.theta) for trial in trials]
         fitter = Fitter(trials, start, least_noise(trials))
