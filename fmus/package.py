@@ -133,6 +133,7 @@ def _sources(system: SymbolicSystem, fmi: FmiVersion, tolerance: float) -> dict[
     return {
         **{f.name: f.read_text("utf-8") for f in runtime.iterdir() if fmi.has_runtime_file(f.name)},
         **headers(fmi),
+        "fmi.h": f'#include "{fmi.prefix}.h"\n',
         **fmi.headers_of(layout),
         "model.c": code.functions,
         "model_config.h": model_config(system, code, names, _NO_GUID, tolerance),

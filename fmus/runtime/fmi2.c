@@ -1,7 +1,6 @@
 /* FMI 2.0: life cycle, and steps of co-simulation. */
 #include "fmi2.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,58 +22,12 @@ static void emit(const fmi2CallbackFunctions *callbacks, const char *name, fmi2S
         callbacks->logger(callbacks->componentEnvironment, name, status, log_name(category), text);
 }
 
-/* Messages of the core, which are no failures. */
-static void listen(void *owner, unsigned category, const char *message)
+void layer_tell(const Instance *instance, fmi2Status status, unsigned category, const char *call, const char *message)
 {
-    const Instance *instance = owner;
-    emit(&instance->callbacks, instance->name, fmi2OK, category, "", message);
-}
-
-static void refuse(Instance *instance, fmi2Status status, const char *call, const char *message)
-{
-    unsigned category = status == fmi2Discard ? LOG_DISCARD : LOG_ERROR;
-    if ((instance->core.categories & category) != 0)
-        emit(&instance->callbacks, instance->name, status, category, call, message);
-}
-
-fmi2Status fmi2_refuse(Instance *instance, const char *call, const char *format, ...)
-{
-    char message[640];
-    va_list arguments;
-    if (instance == NULL)
-        return fmi2Error;
-    va_start(arguments, format);
-    vsnprintf(message, sizeof message, format, arguments);
-    va_end(arguments);
-    refuse(instance, fmi2Error, call, message);
-    return fmi2Error;
-}
-
-fmi2Status fmi2_failed(Instance *instance, const char *call, fmi2Status status)
-{
-    refuse(instance, status, call, instance->core.message);
-    return status;
-}
-
-int fmi2_allowed(Instance *instance, const char *call, unsigned phases)
-{
-    if (instance == NULL)
-        return 0;
-    unsigned phase = (unsigned)instance->core.state.phase;
-    if ((phase & phases) == 0)
-        fmi2_refuse(instance, call, "not allowed while the FMU is %s", core_phase_name(&instance->core));
-    return (phase & phases) != 0;
-}
-
-int fmi2_present(Instance *instance, const char *call, const void *array, size_t count)
-{
-    if (array == NULL && count > 0)
-        fmi2_refuse(instance, call, "null pointer for %zu values", count);
-    return array != NULL || count == 0;
+    emit(&instance->callbacks, instance->name, status, category, call, message);
 }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
-const char *fmi2GetVersion(void) { return fmi2Version; }
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
@@ -102,7 +55,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     strcpy(instance->name, instanceName);
     instance->callbacks = *functions;
     instance->core.categories = loggingOn ? LOG_ALL : LOG_INITIALLY;
-    instance->core.listener = listen;
+    instance->core.listener = layer_listen;
     instance->core.owner = instance;
     instance->core.state.exchange = fmuType == fmi2ModelExchange;
     core_reset(&instance->core);
@@ -123,49 +76,20 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
                                fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
     Instance *instance = c;
-    if (!fmi2_allowed(instance, __func__, PHASE_INSTANTIATED))
+    if (!layer_allowed(instance, __func__, PHASE_INSTANTIATED))
         return fmi2Error;
-    if (core_set_up(&instance->core, toleranceDefined ? &tolerance : NULL, startTime,
-                    stopTimeDefined ? &stopTime : NULL) != 0)
-        return fmi2_refuse(instance, __func__, "%s", instance->core.message);
-    return fmi2OK;
+    return layer_outcome(instance, __func__,
+                         core_set_up(&instance->core, toleranceDefined ? &tolerance : NULL, startTime,
+                                     stopTimeDefined ? &stopTime : NULL));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     Instance *instance = c;
-    if (!fmi2_allowed(instance, __func__, PHASE_INSTANTIATED))
+    if (!layer_allowed(instance, __func__, PHASE_INSTANTIATED))
         return fmi2Error;
     instance->core.state.phase = PHASE_INITIALIZATION;
     instance->core.outputs_valid = 0;
-    return fmi2OK;
-}
-
-fmi2Status fmi2ExitInitializationMode(fmi2Component c)
-{
-    Instance *instance = c;
-    if (!fmi2_allowed(instance, __func__, PHASE_INITIALIZATION))
-        return fmi2Error;
-    if (core_finish_initialization(&instance->core) != 0)
-        return fmi2_refuse(instance, __func__, "%s", instance->core.message);
-    return fmi2OK;
-}
-
-fmi2Status fmi2Terminate(fmi2Component c)
-{
-    Instance *instance = c;
-    if (!fmi2_allowed(instance, __func__, PHASE_STEPPING | EXCHANGING))
-        return fmi2Error;
-    instance->core.state.phase = PHASE_TERMINATED;
-    return fmi2OK;
-}
-
-fmi2Status fmi2Reset(fmi2Component c)
-{
-    Instance *instance = c;
-    if (!fmi2_allowed(instance, __func__, ANY_PHASE))
-        return fmi2Error;
-    core_reset(&instance->core);
     return fmi2OK;
 }
 
@@ -174,9 +98,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 {
     Instance *instance = c;
     (void)noSetFMUStatePriorToCurrentPoint;
-    if (!fmi2_allowed(instance, __func__, PHASE_STEPPING))
+    if (!layer_allowed(instance, __func__, PHASE_STEPPING))
         return fmi2Error;
-    if (core_step(&instance->core, currentCommunicationPoint, communicationStepSize) != 0)
-        return fmi2_refuse(instance, __func__, "%s", instance->core.message);
-    return fmi2OK;
+    return layer_outcome(instance, __func__,
+                         core_step(&instance->core, currentCommunicationPoint, communicationStepSize));
 }

@@ -159,9 +159,9 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
 {
     Instance *self = instance;
     Weights weights = {.time = 0.0};
-    if (!fmi3_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
-        !fmi3_present(self, __func__, unknowns, nUnknowns) || !fmi3_present(self, __func__, knowns, nKnowns) ||
-        !fmi3_present(self, __func__, seed, nSeed) || !fmi3_present(self, __func__, sensitivity, nSensitivity) ||
+    if (!layer_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
+        !layer_present(self, __func__, unknowns, nUnknowns) || !layer_present(self, __func__, knowns, nKnowns) ||
+        !layer_present(self, __func__, seed, nSeed) || !layer_present(self, __func__, sensitivity, nSensitivity) ||
         !fmi3_matching(self, __func__, unknowns, nUnknowns, nSeed) ||
         !fmi3_matching(self, __func__, knowns, nKnowns, nSensitivity))
         return fmi3Error;
@@ -176,5 +176,5 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
     for (size_t i = 0; i < nKnowns && !failed; i++)
         for (size_t k = 0; k < fmi3_size(knowns[i]) && !failed; k++)
             failed = read_weight(core, &weights, knowns[i] + (unsigned)k, sensitivity++);
-    return fmi3_outcome(self, __func__, failed);
+    return layer_outcome(self, __func__, failed);
 }

@@ -3,10 +3,10 @@
 
 static fmi3Status none(Instance *instance, const char *call, const fmi3ValueReference *references, size_t count)
 {
-    if (!fmi3_allowed(instance, call, ANY_PHASE) || !fmi3_present(instance, call, references, count))
+    if (!layer_allowed(instance, call, ANY_PHASE) || !layer_present(instance, call, references, count))
         return fmi3Error;
     if (count > 0)
-        return fmi3_refuse(instance, call, "value reference %u is of type Float64", (unsigned)references[0]);
+        return layer_refuse(instance, call, "value reference %u is of type Float64", (unsigned)references[0]);
     return fmi3OK;
 }
 

@@ -15,13 +15,13 @@ int fmi3_matching(Instance *instance, const char *call, const fmi3ValueReference
     for (size_t i = 0; i < n_references; i++) {
         size_t size = fmi3_size(references[i]);
         if (size == 0) {
-            fmi3_refuse(instance, call, "value reference %u is unknown", (unsigned)references[i]);
+            layer_refuse(instance, call, "value reference %u is unknown", (unsigned)references[i]);
             return 0;
         }
         needed += size;
     }
     if (needed != n_values)
-        fmi3_refuse(instance, call, "%zu values for variables with %zu elements", n_values, needed);
+        layer_refuse(instance, call, "%zu values for variables with %zu elements", n_values, needed);
     return needed == n_values;
 }
 
@@ -29,15 +29,15 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
                           fmi3Float64 values[], size_t nValues)
 {
     Instance *self = instance;
-    if (!fmi3_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
-        !fmi3_present(self, __func__, valueReferences, nValueReferences) ||
-        !fmi3_present(self, __func__, values, nValues) ||
+    if (!layer_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
+        !layer_present(self, __func__, valueReferences, nValueReferences) ||
+        !layer_present(self, __func__, values, nValues) ||
         !fmi3_matching(self, __func__, valueReferences, nValueReferences, nValues))
         return fmi3Error;
     for (size_t i = 0; i < nValueReferences; i++)
         for (size_t k = 0; k < sizes[valueReferences[i]]; k++)
             if (core_get(&self->core, valueReferences[i] + (unsigned)k, values++) != 0)
-                return fmi3_outcome(self, __func__, 1);
+                return layer_outcome(self, __func__, 1);
     return fmi3OK;
 }
 
@@ -45,15 +45,15 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
                           const fmi3Float64 values[], size_t nValues)
 {
     Instance *self = instance;
-    if (!fmi3_allowed(self, __func__, ANY_PHASE & ~PHASE_TERMINATED) ||
-        !fmi3_present(self, __func__, valueReferences, nValueReferences) ||
-        !fmi3_present(self, __func__, values, nValues) ||
+    if (!layer_allowed(self, __func__, ANY_PHASE & ~PHASE_TERMINATED) ||
+        !layer_present(self, __func__, valueReferences, nValueReferences) ||
+        !layer_present(self, __func__, values, nValues) ||
         !fmi3_matching(self, __func__, valueReferences, nValueReferences, nValues))
         return fmi3Error;
     for (size_t i = 0; i < nValueReferences; i++)
         for (size_t k = 0; k < sizes[valueReferences[i]]; k++)
             if (core_set(&self->core, valueReferences[i] + (unsigned)k, *values++) != 0)
-                return fmi3_outcome(self, __func__, 1);
+                return layer_outcome(self, __func__, 1);
     return fmi3OK;
 }
 
@@ -70,18 +70,18 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
                                         size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
 {
     Instance *self = instance;
-    if (!fmi3_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
-        !fmi3_present(self, __func__, unknowns, nUnknowns) || !fmi3_present(self, __func__, knowns, nKnowns) ||
-        !fmi3_present(self, __func__, seed, nSeed) || !fmi3_present(self, __func__, sensitivity, nSensitivity) ||
+    if (!layer_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
+        !layer_present(self, __func__, unknowns, nUnknowns) || !layer_present(self, __func__, knowns, nKnowns) ||
+        !layer_present(self, __func__, seed, nSeed) || !layer_present(self, __func__, sensitivity, nSensitivity) ||
         !fmi3_matching(self, __func__, knowns, nKnowns, nSeed) ||
         !fmi3_matching(self, __func__, unknowns, nUnknowns, nSensitivity))
         return fmi3Error;
     unsigned *elements = malloc((nSeed + nSensitivity + 1) * sizeof *elements);
     if (elements == NULL)
-        return fmi3_refuse(self, __func__, "out of memory");
+        return layer_refuse(self, __func__, "out of memory");
     list_elements(knowns, nKnowns, elements);
     list_elements(unknowns, nUnknowns, elements + nSeed);
     int failed = core_directional(&self->core, elements + nSeed, nSensitivity, elements, nSeed, seed, sensitivity);
     free(elements);
-    return fmi3_outcome(self, __func__, failed);
+    return layer_outcome(self, __func__, failed);
 }

@@ -109,6 +109,7 @@ def _packed(
 
 def _runtime(prefix: str) -> dict[str, str]:
     """C files of the runtime: the layer of one FMI version, all that knows no version, and the loop of the co-simulation."""
+    models = resources.files("fmus.runtime")
     runtime = resources.files("orchestrator.cosim.container.runtime")
     engine = resources.files("orchestrator.cosim.engine")
     own = {
@@ -116,7 +117,9 @@ def _runtime(prefix: str) -> dict[str, str]:
         for each in runtime.iterdir()
         if each.name.endswith((".c", ".h")) and (each.name.startswith(prefix) or not each.name.startswith("fmi"))
     }
-    return own | {name: engine.joinpath(name).read_text("utf-8") for name in ("loop.c", "loop.h")}
+    common = [engine / "loop.c", engine / "loop.h", models / f"{prefix}_names.h", models / f"{prefix}_absent.c"]
+    own |= {each.name: each.read_text("utf-8") for each in common if each.is_file()}
+    return own | {"fmi.h": f'#include "{prefix}_container.h"\n'}
 
 
 def _write(content: bytes, path: Path, parts: Mapping[str, ContainedPart]) -> None:

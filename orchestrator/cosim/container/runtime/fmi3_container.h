@@ -3,8 +3,7 @@
 #define MISFIT_FMI3_CONTAINER_H
 
 #include "container.h"
-
-#include "fmi3Functions.h"
+#include "fmi3_names.h"
 
 typedef struct {
     Container *container;
@@ -12,7 +11,10 @@ typedef struct {
     fmi3LogMessageCallback logger;
 } Instance;
 
-/* Logs `call: why` and gives fmi3Error. */
-fmi3Status container_refuse(Instance *self, const char *call, const char *why);
+/* A list of values says how long it is. */
+#define LENGTH , size_t n
+#define AS_LONG(nvr) (n == (nvr))
+
+#include "container_layer.h"
 
 #endif
