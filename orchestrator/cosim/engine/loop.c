@@ -42,18 +42,19 @@ static LoopOutcome check(Loop *loop, const Operation *op)
     return LOOP_OUTSIDE;
 }
 
-#define UNPACK(type)                          \
-    for (int i = 0; i < op->n_values; i++)    \
-        op->values[i] = (double)((const type *)op->raw)[i]; \
+#define UNPACK(type)            \
+    for (int i = 0; i < n; i++) \
+        values[i] = (double)((const type *)raw)[first + i]; \
     break
-#define PACK(type)                            \
-    for (int i = 0; i < op->n_values; i++)    \
-        ((type *)op->raw)[i] = (type)op->values[i]; \
+#define PACK(type)              \
+    for (int i = 0; i < n; i++) \
+        ((type *)raw)[first + i] = (type)values[i]; \
     break
 
-static void unpack(const Operation *op)
+void loop_unpack(int type, int first, int n, const void *raw, double *values)
 {
-    switch (op->type) {
+    switch (type) {
+    case FLOAT64: UNPACK(double);
     case FLOAT32: UNPACK(float);
     case INT8: UNPACK(int8_t);
     case UINT8: UNPACK(uint8_t);
@@ -66,9 +67,10 @@ static void unpack(const Operation *op)
     }
 }
 
-static void pack(const Operation *op)
+void loop_pack(int type, int first, int n, const double *values, void *raw)
 {
-    switch (op->type) {
+    switch (type) {
+    case FLOAT64: PACK(double);
     case FLOAT32: PACK(float);
     case INT8: PACK(int8_t);
     case UINT8: PACK(uint8_t);
@@ -77,6 +79,7 @@ static void pack(const Operation *op)
     case INT32: PACK(int32_t);
     case UINT32: PACK(uint32_t);
     case INT64: PACK(int64_t);
+    case UINT64: PACK(uint64_t);
     case BOOLEAN: PACK(bool);
     }
 }
@@ -103,7 +106,7 @@ static LoopOutcome read(Loop *loop, const Operation *op, const Part *part, doubl
     if (outcome != LOOP_DONE)
         return outcome;
     if (op->type != FLOAT64)
-        unpack(op);
+        loop_unpack(op->type, 0, op->n_values, op->raw, op->values);
     store(loop, op);
     return check(loop, op);
 }
@@ -125,7 +128,7 @@ static LoopOutcome write(Loop *loop, const Operation *op, const Part *part, doub
     if (outcome != LOOP_DONE)
         return outcome;
     if (op->type != FLOAT64)
-        pack(op);
+        loop_pack(op->type, 0, op->n_values, op->values, op->raw);
     enter(loop->progress, part->number, CALL_SET, time);
     return call(loop, op, part);
 }

@@ -21,7 +21,7 @@ typedef struct {
 } Part;
 
 enum { GET, SET, STEP, HOST };
-enum { FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, BOOLEAN };
+enum { FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, BOOLEAN, UINT64 = 11 };
 
 typedef struct {
     int32_t kind, part, type;
@@ -64,6 +64,10 @@ typedef struct {
     double reached;
     const volatile int32_t *ours; /* 1, and 0 in a process that an FMU has forked off; may be NULL */
 } Loop;
+
+/* Values that an FMU has in its own type, from place `first` of `raw` on, as numbers, and the other way. */
+void loop_unpack(int type, int first, int n, const void *raw, double *values);
+void loop_pack(int type, int first, int n, const double *values, void *raw);
 
 LoopOutcome loop_run(Loop *loop);
 

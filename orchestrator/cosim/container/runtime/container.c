@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <stdarg.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -42,20 +41,7 @@ static int give(Container *self, const StartData *start)
     double *raw = calloc((size_t)n + 1, sizeof(double));
     if (raw == NULL)
         return -1;
-    for (int i = 0; i < n; i++)
-        switch (part_raw_kind(part, start->kind)) {
-        case FLOAT64: raw[i] = start->values[i]; break;
-        case FLOAT32: ((float *)raw)[i] = (float)start->values[i]; break;
-        case INT8: ((int8_t *)raw)[i] = (int8_t)start->values[i]; break;
-        case UINT8: ((uint8_t *)raw)[i] = (uint8_t)start->values[i]; break;
-        case INT16: ((int16_t *)raw)[i] = (int16_t)start->values[i]; break;
-        case UINT16: ((uint16_t *)raw)[i] = (uint16_t)start->values[i]; break;
-        case INT32: ((int32_t *)raw)[i] = (int32_t)start->values[i]; break;
-        case UINT32: ((uint32_t *)raw)[i] = (uint32_t)start->values[i]; break;
-        case INT64: ((int64_t *)raw)[i] = (int64_t)start->values[i]; break;
-        case UINT64: ((uint64_t *)raw)[i] = (uint64_t)start->values[i]; break;
-        case BOOLEAN: ((bool *)raw)[i] = start->values[i] != 0.0; break;
-        }
+    loop_pack(part_raw_kind(part, start->kind), 0, n, start->values, raw);
     int done = 0;
     if (part->data->linear != NULL)
         for (int i = 0; i < n && done == 0; i++)

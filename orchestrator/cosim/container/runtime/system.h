@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 /* Types of variables: those of loop.h, where enumerations are INT64, and texts. UINT64 is that of sizes of arrays, which are only set. */
-enum { TEXT = 10, UINT64, N_KINDS };
+enum { TEXT = 10, N_KINDS = 12 };
 
 /* y = c x + d u with dx/dt = a x + b u, or x(t + sample_time) = a x + b u; matrices row by row. For a continuous one
  * `exact_a` and `exact_b` advance the state by `exact_size` s. */

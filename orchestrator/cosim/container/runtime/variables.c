@@ -2,42 +2,9 @@
 #include "container.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
 static int part_failed(Container *self, const Component *part) { return container_fail(self, "%s", part->problem); }
-
-static double unpacked(int raw_kind, const void *raw, int32_t i)
-{
-    switch (raw_kind) {
-    case FLOAT32: return ((const float *)raw)[i];
-    case INT8: return ((const int8_t *)raw)[i];
-    case UINT8: return ((const uint8_t *)raw)[i];
-    case INT16: return ((const int16_t *)raw)[i];
-    case UINT16: return ((const uint16_t *)raw)[i];
-    case INT32: return ((const int32_t *)raw)[i];
-    case UINT32: return ((const uint32_t *)raw)[i];
-    case INT64: return (double)((const int64_t *)raw)[i];
-    case BOOLEAN: return ((const bool *)raw)[i];
-    default: return ((const double *)raw)[i];
-    }
-}
-
-static void pack(int raw_kind, void *raw, int32_t i, double value)
-{
-    switch (raw_kind) {
-    case FLOAT32: ((float *)raw)[i] = (float)value; break;
-    case INT8: ((int8_t *)raw)[i] = (int8_t)value; break;
-    case UINT8: ((uint8_t *)raw)[i] = (uint8_t)value; break;
-    case INT16: ((int16_t *)raw)[i] = (int16_t)value; break;
-    case UINT16: ((uint16_t *)raw)[i] = (uint16_t)value; break;
-    case INT32: ((int32_t *)raw)[i] = (int32_t)value; break;
-    case UINT32: ((uint32_t *)raw)[i] = (uint32_t)value; break;
-    case INT64: ((int64_t *)raw)[i] = (int64_t)value; break;
-    case BOOLEAN: ((bool *)raw)[i] = value != 0.0; break;
-    default: ((double *)raw)[i] = value;
-    }
-}
 
 /* Reads a variable from its component, an array as a whole, and sets one element where a value is given. */
 static int reach(Container *self, const VariableData *data, double *value, const double *to)
@@ -51,11 +18,11 @@ static int reach(Container *self, const VariableData *data, double *value, const
     if (to == NULL || n > 1)
         done = part_get(part, data->kind, data->reference, n, raw);
     if (done == 0 && to != NULL) {
-        pack(kind, raw, data->element, *to);
+        loop_pack(kind, data->element, 1, to, raw);
         done = part_set(part, data->kind, data->reference, n, raw);
     }
     if (done == 0 && value != NULL)
-        *value = unpacked(kind, raw, data->element);
+        loop_unpack(kind, data->element, 1, raw, value);
     free(raw);
     return done != 0 ? part_failed(self, part) : 0;
 }
