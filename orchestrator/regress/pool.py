@@ -1,11 +1,9 @@
 """Cases on worker processes: each worker runs one after the other, and what breaks a worker costs one case."""
 
-import os
 import queue
-import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.isolate.child import Host
@@ -33,16 +31,7 @@ def serve(host: Host) -> None:
             host.send("error", "ComponentError", f"{case.name}: {told(error)}")
             continue
         progress.leave()
-        host.send("answer", outcome, resident_bytes())
-
-
-def resident_bytes() -> int:
-    """Memory that this process holds."""
-    with open("/proc/self/statm") as file:
-        return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE")
-
-
-_GIB = 2**30
+        host.send("answer", outcome)
 
 
 class Worker(Child):
@@ -54,8 +43,8 @@ class Worker(Child):
         super().__init__(TASK, [], ChildLimits())
         self._deadline = self._seconds = 0.0
 
-    def run(self, case: Case, want: Want) -> tuple[Outcome, int]:
-        """Run a case: its outcome, and the bytes that the process holds then.
+    def run(self, case: Case, want: Want) -> Outcome:
+        """Run a case.
 
         Raises:
             MisfitError: if the process broke, was silent for too long or took too much; it is gone then.
@@ -72,7 +61,8 @@ class Worker(Child):
             if kind == "labels":
                 self.labels = content[0]
             else:
-                return content[0], content[1]
+                outcome: Outcome = content[0]
+                return outcome
 
     def _check(self, silent_s: float) -> None:
         super()._check(silent_s)
@@ -106,14 +96,14 @@ class Lane:
     def _attempt(self, case: Case) -> Outcome:
         began = clock.perf_counter()
         try:
-            if self._worker is None:
-                self._worker = Worker()
-            outcome, held = self._worker.run(case, self._want)
+            worker = self._worker = self._worker or Worker()
+            outcome = worker.run(case, self._want)
+            held = worker.resident_gib()
         except MisfitError as error:
             self._end()
             took = clock.perf_counter() - began
             return Outcome(case.name, str(case.file), "error", str(error), "component", took_s=took)
-        if held > 0.5 * case.limits.memory_gib * _GIB:
+        if held > 0.5 * case.limits.memory_gib:
             self._end()  # what libraries leave behind must not count against the next case
         return outcome
 
@@ -161,54 +151,23 @@ def build_models(cases: Sequence[Case]) -> None:
 
 
 def _as_they_come(cases: Sequence[Case], lanes: Sequence[Lane]) -> Iterator[tuple[int, Outcome]]:
-    waiting: queue.SimpleQueue[tuple[int, Case]] = queue.SimpleQueue()
-    for numbered in enumerate(cases):
-        waiting.put(numbered)
-    done: queue.SimpleQueue[tuple[int, Outcome] | None] = queue.SimpleQueue()
-    stop = threading.Event()
-    try:
-        with ThreadPoolExecutor(len(lanes), "regress") as threads:
-            futures = [threads.submit(_work, lane, waiting, done, stop) for lane in lanes]
-            try:
-                yield from _taken(done, futures)
-            except BaseException:
-                stop.set()
-                for lane in lanes:
-                    lane.close()
-                raise
-    finally:
-        for lane in lanes:
-            lane.close()
+    idle: queue.SimpleQueue[Lane] = queue.SimpleQueue()
+    for lane in lanes:
+        idle.put(lane)
 
+    def work(place: int, case: Case) -> tuple[int, Outcome]:
+        lane = idle.get()
+        try:
+            return place, lane.run(case)
+        finally:
+            idle.put(lane)
 
-def _taken(
-    done: "queue.SimpleQueue[tuple[int, Outcome] | None]", futures: Sequence["Future[None]"]
-) -> Iterator[tuple[int, Outcome]]:
-    left = len(futures)
-    while left:
-        taken = done.get()
-        if taken is None:
-            left -= 1
-        else:
-            yield taken
-    for future in as_completed(futures):
-        future.result()
-
-
-def _work(
-    lane: Lane,
-    waiting: "queue.SimpleQueue[tuple[int, Case]]",
-    done: "queue.SimpleQueue[tuple[int, Outcome] | None]",
-    stop: threading.Event,
-) -> None:
-    """Take cases until there are none."""
-    try:
-        while not stop.is_set():
-            try:
-                place, case = waiting.get_nowait()
-            except queue.Empty:
-                return
-            done.put((place, lane.run(case)))
-    finally:
-        lane.close()
-        done.put(None)
+    with ThreadPoolExecutor(len(lanes), "regress") as threads:
+        futures = [threads.submit(work, *numbered) for numbered in enumerate(cases)]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        finally:
+            threads.shutdown(wait=False, cancel_futures=True)
+            for lane in lanes:
+                lane.close()
