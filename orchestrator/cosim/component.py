@@ -165,6 +165,37 @@ class Component(ABC):
         raise ComponentError(f"a {self.kind} component offers no derivatives; use differences")
 
 
+class Timed(Component):
+    """A component for which only time passes: what else there is to do in a step, and to save, is up to its class."""
+
+    can_save = True
+    _time = 0.0
+
+    def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
+        """Begin at a time."""
+        self._time = time
+
+    def start(self) -> None:
+        """Nothing to do."""
+
+    def step(self, time: float, size: float) -> StepEnd:
+        """Only time passes."""
+        self._time = time + size
+        return StepEnd(self._time)
+
+    def terminate(self) -> None:
+        """Nothing to do."""
+
+    def save(self) -> object:
+        """The time."""
+        return self._time
+
+    def restore(self, state: object) -> None:
+        """Go back to a time."""
+        assert isinstance(state, float)
+        self._time = state
+
+
 class Clocked(Component):
     """A component with an event mode.
 

@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import ComponentError, MisfitError
-from orchestrator.cosim.component import Component, Port, StepEnd
+from orchestrator.cosim.component import Port, Timed
 from orchestrator.gp.block import DEVIATION, Block
 from orchestrator.gp.export import block_fmu
 
 
-class GpComponent(Component):
+class GpComponent(Timed):
     """Means and standard deviations of a block, for the inputs of the same instant; time does not count."""
 
     kind = "gp"
-    can_save = True
     can_differentiate = True
 
     def __init__(self, block: Block) -> None:
@@ -35,12 +34,6 @@ class GpComponent(Component):
             raise MisfitError(f"inputs and outputs repeat a name: {', '.join(names)}; expected each once")
         self.ports = tuple(ports)
 
-    def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
-        """Nothing to do."""
-
-    def start(self) -> None:
-        """Nothing to do."""
-
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
         """Keep inputs."""
         for name, value in zip(names, values, strict=True):
@@ -51,13 +44,6 @@ class GpComponent(Component):
     def get(self, names: Sequence[str]) -> list[Any]:
         """Inputs, means and standard deviations."""
         return [self._value(name) for name in names]
-
-    def step(self, time: float, size: float) -> StepEnd:
-        """Only time passes."""
-        return StepEnd(time + size)
-
-    def terminate(self) -> None:
-        """Nothing to do."""
 
     def save(self) -> object:
         """The inputs."""

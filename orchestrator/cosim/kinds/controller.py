@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import ComponentError, MisfitError
-from orchestrator.cosim.component import Component, Port, StepEnd
+from orchestrator.cosim.component import Component, Port, StepEnd, Timed
 from orchestrator.cosim.kinds.code import load_object, named_ports, told
 from orchestrator.cosim.system import ComponentSpec
 from orchestrator.measurements.wording import shown
@@ -97,7 +97,7 @@ def _matrices(spec: ComponentSpec) -> tuple[Matrix, ...]:
     return tuple(found[key] for key in "abcd")
 
 
-class LinearController(Component):
+class LinearController(Timed):
     """`y = c x + d u` with `dx/dt = a x + b u`, or `x(t + sample_time) = a x + b u` where it is sampled.
 
     A continuous controller is advanced exactly for inputs that are constant over the step (matrix exponential). The
@@ -105,7 +105,6 @@ class LinearController(Component):
     """
 
     kind = "controller"
-    can_save = True
     can_differentiate = True
 
     def __init__(
@@ -124,12 +123,6 @@ class LinearController(Component):
         self.variable_step, self.own_step = (False, sample_time) if sample_time else (True, None)
         self._u, self._x = np.zeros(len(self._inputs)), np.zeros(n)
         self._exact: dict[float, tuple[Matrix, Matrix]] = {}
-
-    def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
-        """Nothing to do: the state is set as `x0`."""
-
-    def start(self) -> None:
-        """Nothing to do."""
 
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
         """Keep inputs, or the first state."""
@@ -159,9 +152,6 @@ class LinearController(Component):
         for _ in range(round(samples)):
             self._x = self._a @ self._x + self._b @ self._u
         return StepEnd(time + size)
-
-    def terminate(self) -> None:
-        """Nothing to do."""
 
     def save(self) -> object:
         """State and inputs."""

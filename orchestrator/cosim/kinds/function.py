@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.component import Component, Port, StepEnd
+from orchestrator.cosim.component import Component, Port, Timed
 from orchestrator.cosim.kinds.code import Guarded, load_object, named_ports, told
 from orchestrator.cosim.system import ComponentSpec
 from orchestrator.measurements.wording import listed
@@ -42,14 +42,13 @@ def open_function(spec: ComponentSpec, folder: Path) -> Component:
     return Guarded(spec.name, FunctionComponent(function, inputs, outputs, constants))
 
 
-class FunctionComponent(Component):
+class FunctionComponent(Timed):
     """Outputs are a function of the inputs of the same instant, and of time where the function has that argument.
 
     The function returns a number, or one for each output.
     """
 
     kind = "function"
-    can_save = True
 
     def __init__(
         self,
@@ -64,14 +63,6 @@ class FunctionComponent(Component):
         self._outputs = tuple(port.name for port in outputs)
         self._values: dict[str, Any] = {port.name: port.start for port in inputs}
         self._with_time = _TIME in inspect.signature(function).parameters and _TIME not in self._values
-        self._time = 0.0
-
-    def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
-        """Begin at a time."""
-        self._time = time
-
-    def start(self) -> None:
-        """Nothing to do."""
 
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
         """Keep inputs."""
@@ -88,14 +79,6 @@ class FunctionComponent(Component):
             raise ValueError(f"{len(results)} values returned for the outputs {', '.join(self._outputs)}")
         values = {**self._values, **{name: float(x) for name, x in zip(self._outputs, results, strict=True)}}
         return [values[name] for name in names]
-
-    def step(self, time: float, size: float) -> StepEnd:
-        """Only time passes."""
-        self._time = time + size
-        return StepEnd(self._time)
-
-    def terminate(self) -> None:
-        """Nothing to do."""
 
     def save(self) -> object:
         """Time and inputs."""

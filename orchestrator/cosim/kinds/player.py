@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import ComponentError, MisfitError
-from orchestrator.cosim.component import Component, Port, StepEnd
+from orchestrator.cosim.component import Component, Port, StepEnd, Timed
 from orchestrator.cosim.system import ComponentSpec
 from orchestrator.measurements.load import load_records
 from orchestrator.measurements.toml_values import number
@@ -56,14 +56,13 @@ def _chosen(records: Sequence[Record], wanted: Any, source: str) -> Record:
     return found[0]
 
 
-class Player(Component):
+class Player(Timed):
     """Columns of a record, interpolated linearly or held from sample to sample.
 
     A run may not go beyond the record: there is no value there.
     """
 
     kind = "player"
-    can_save = True
 
     def __init__(self, trial: Record, columns: Sequence[str], hold: bool, shift: float) -> None:
         self.ports = tuple(
@@ -89,9 +88,6 @@ class Player(Component):
             self._check(limit)
         self._time = time
 
-    def start(self) -> None:
-        """Nothing to do."""
-
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
         """A record has no inputs."""
         if names:
@@ -109,18 +105,6 @@ class Player(Component):
         self._check(time + size)
         self._time = time + size
         return StepEnd(self._time)
-
-    def terminate(self) -> None:
-        """Nothing to do."""
-
-    def save(self) -> object:
-        """The time."""
-        return self._time
-
-    def restore(self, state: object) -> None:
-        """Go back to a time."""
-        assert isinstance(state, float)
-        self._time = state
 
     def _check(self, time: float) -> None:
         first, last = float(self._times[0]), float(self._times[-1])
