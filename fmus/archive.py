@@ -1,6 +1,8 @@
 """Reading FMU archives without trusting them."""
 
+import shutil
 import stat
+import tempfile
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -50,6 +52,28 @@ def extract_fmu(path: Path, folder: Path, description: str = FMU_DESCRIPTION) ->
             # Writing into a library that is loaded would crash whoever uses it.
             target.unlink(missing_ok=True)
             target.write_bytes(_read(path, archive, entry))
+    return folder
+
+
+def extracted_once(path: Path, folder: Path, description: str = FMU_DESCRIPTION) -> Path:
+    """Unpack a file into a folder that appears as a whole, unless it is there, and give the folder back.
+
+    Raises:
+        FmuError: as `extract_fmu`.
+        OSError: if the folder cannot be written.
+    """
+    if folder.is_dir():
+        return folder
+    temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".new-"))
+    try:
+        extract_fmu(path, temporary, description)
+        try:
+            temporary.rename(folder)
+        except OSError:  # somebody else was faster
+            if not folder.is_dir():
+                raise
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
     return folder
 
 

@@ -4,14 +4,12 @@ import ctypes
 import hashlib
 import os
 import platform
-import shutil
 import struct
 import sys
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from fmus.archive import extract_fmu
+from fmus.archive import extracted_once
 from fmus.errors import FmuError
 from fmus.files import cache_folder
 from fmus.runtime.compiler import find_compiler
@@ -69,24 +67,13 @@ def platform_folders(version: int) -> tuple[str, ...]:
 def unpacked(description: FmuDescription) -> Path:
     """Folder with the files of the FMU, unpacked once for each content."""
     folder = cache_folder("unpacked") / description.digest[:32]
-    if folder.is_dir():
-        return folder
-    temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".new-"))
     try:
-        extract_fmu(description.path, temporary)
-        try:
-            temporary.rename(folder)
-        except OSError:  # somebody else was faster
-            if not folder.is_dir():
-                raise
+        return extracted_once(description.path, folder)
     except OSError as error:
         raise FmuError(
             f"{description.path.name} cannot be unpacked into {folder.parent}: {error.strerror or error}; "
             "free some space, or set MISFIT_CACHE to another folder"
         ) from error
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
-    return folder
 
 
 def load_binary(description: FmuDescription, interface: Interface) -> ctypes.CDLL:

@@ -1,15 +1,13 @@
 """The files of SSP and their XML."""
 
 import hashlib
-import shutil
-import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 from xml.parsers import expat
 
-from fmus.archive import check_xml, extract_fmu
+from fmus.archive import check_xml, extracted_once
 from fmus.errors import MisfitError
 from fmus.files import cache_folder
 from fmus.units import BASE_UNITS, SiUnit
@@ -28,18 +26,7 @@ def unpacked(path: Path) -> Path:
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; expected an SSP") from error
-    folder = cache_folder("ssp") / digest
-    if not folder.is_dir():
-        temporary = Path(tempfile.mkdtemp(dir=folder.parent))
-        try:
-            extract_fmu(path, temporary, STRUCTURE)
-            temporary.rename(folder)
-        except OSError:
-            if not folder.is_dir():  # else another process was quicker
-                raise
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
-    return folder
+    return extracted_once(path, cache_folder("ssp") / digest, STRUCTURE)
 
 
 def located(uri: str, beside: Path, root: Path, where: str) -> tuple[Path, str]:
