@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from fmus.errors import FmuError
 from fmus.layout import Layout, Scalar
-from fmus.units import si_exponents
+from fmus.units import SiUnit, si_exponents
 
 # XML 1.0 has no way to write the other control characters.
 _NOT_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
@@ -61,16 +61,27 @@ def to_bytes(root: ET.Element) -> bytes:
     return ET.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
 
+def base_unit(si: SiUnit) -> dict[str, str]:
+    """The attributes that say what a unit means, in FMI and in SSP."""
+    factor = {} if si.factor == 1.0 else {"factor": repr(si.factor)}
+    offset = {} if si.offset == 0.0 else {"offset": repr(si.offset)}
+    return {**{key: str(power) for key, power in si.exponents.items()}, **factor, **offset}
+
+
+def build_description(identifier: str, sources: Sequence[str]) -> bytes:
+    """Write buildDescription.xml of FMI 3.0, the list of source files; any C99 compiler makes the binary of them."""
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    files = ET.SubElement(configuration, "SourceFileSet", language="C99")
+    for name in sources:
+        ET.SubElement(files, "SourceFile", name=name)
+    return to_bytes(root)
+
+
 def _unit_definitions(units: Sequence[str]) -> ET.Element:
     element = ET.Element("UnitDefinitions")
     for name in units:
-        si = si_exponents(name)
-        base = {key: str(power) for key, power in si.exponents.items()}
-        if si.factor != 1.0:
-            base["factor"] = repr(si.factor)
-        if si.offset != 0.0:
-            base["offset"] = repr(si.offset)
-        ET.SubElement(ET.SubElement(element, "Unit", name=name), "BaseUnit", base)
+        ET.SubElement(ET.SubElement(element, "Unit", name=name), "BaseUnit", base_unit(si_exponents(name)))
     return element
 
 

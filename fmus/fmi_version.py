@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from fmus.arrays import array_sizes, array_variables
-from fmus.description_parts import Header
+from fmus.description_parts import Header, build_description
 from fmus.errors import FmuError
 from fmus.layout import Layout
 from fmus.model_description import model_description
-from fmus.model_description3 import build_description, model_description3
+from fmus.model_description3 import model_description3
 from fmus.platforms import Platform
 from fmus.symbolic.system import SymbolicSystem
 from fmus.terminals import FILE as TERMINALS
@@ -21,7 +21,7 @@ def _nothing(layout: Layout, header: Header) -> Mapping[str, bytes]:
 
 def _parts3(layout: Layout, header: Header) -> Mapping[str, bytes]:
     terminals = terminals_xml(array_variables(layout.scalars))
-    parts = {"sources/buildDescription.xml": build_description(header)}
+    parts = {"sources/buildDescription.xml": build_description(header.identifier, header.sources)}
     return parts if terminals is None else {**parts, TERMINALS: terminals}
 
 

@@ -1,4 +1,4 @@
-"""modelDescription.xml and buildDescription.xml of FMI 3.0."""
+"""modelDescription.xml of FMI 3.0."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
@@ -36,16 +36,6 @@ def model_description3(system: SymbolicSystem, header: Header) -> bytes:
     root.extend(common_parts(layout, header))
     ET.SubElement(root, "ModelVariables").extend(map(_variable, variables))
     root.append(_model_structure(layout, variables))
-    return to_bytes(root)
-
-
-def build_description(header: Header) -> bytes:
-    """Write the list of source files; any C99 compiler makes the binary of them."""
-    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=header.identifier)
-    files = ET.SubElement(configuration, "SourceFileSet", language="C99")
-    for name in header.sources:
-        ET.SubElement(files, "SourceFile", name=name)
     return to_bytes(root)
 
 

@@ -193,11 +193,10 @@ def fingerprint(files: Mapping[str, bytes]) -> str:
     return "{" + str(uuid.UUID(bytes=digest.digest()[:16])) + "}"
 
 
-def zipped(files: Mapping[str, bytes]) -> bytes:
-    """An archive of files by their paths; equal files give equal bytes."""
+def zipped(files: Mapping[str, bytes], first: str = "modelDescription.xml") -> bytes:
+    """An archive of files by their paths, the `first` one before the others; equal files give equal bytes."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        first = "modelDescription.xml"
         for name in sorted(files, key=lambda name: (name != first, name)):
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED

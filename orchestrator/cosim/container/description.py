@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from fmus.description_parts import plain_text, to_bytes
+from fmus.description_parts import base_unit, plain_text, to_bytes
 from fmus.errors import MisfitError
 from fmus.units import SiUnit, si_exponents
 from orchestrator.cosim.component import FLOATS, Port
@@ -78,16 +78,6 @@ def description(planned: PlannedSystem, variables: Sequence[Exposed], heading: H
     return to_bytes(root)
 
 
-def build_description(heading: Heading) -> bytes:
-    """buildDescription.xml of FMI 3.0."""
-    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=heading.identifier)
-    files = ET.SubElement(configuration, "SourceFileSet", language="C99")
-    for name in heading.sources:
-        ET.SubElement(files, "SourceFile", name=name)
-    return to_bytes(root)
-
-
 def _interface(planned: PlannedSystem, heading: Heading, two: bool) -> ET.Element:
     interfaces = [part.interface for part in planned.parts.values() if part.interface is not None]
     variable = all(part.variable_step for part in planned.parts.values())
@@ -140,10 +130,7 @@ class _Units:
         for name, meaning in self.definitions.items():
             unit = ET.SubElement(element, "Unit", name=name)
             if meaning is not None:
-                base = {key: str(power) for key, power in meaning.exponents.items()}
-                base |= {} if meaning.factor == 1.0 else {"factor": repr(meaning.factor)}
-                base |= {} if meaning.offset == 0.0 else {"offset": repr(meaning.offset)}
-                ET.SubElement(unit, "BaseUnit", base)
+                ET.SubElement(unit, "BaseUnit", base_unit(meaning))
         return element
 
 

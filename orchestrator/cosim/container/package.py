@@ -7,6 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 from fmus.build import SUFFIXES
+from fmus.description_parts import build_description
 from fmus.errors import FmuError
 from fmus.files import write_atomically
 from fmus.fmi_version import find_version
@@ -14,7 +15,7 @@ from fmus.package import fingerprint, headers, library_files, zipped
 from fmus.platforms import Platform
 from fmus.runtime.generated import model_identifier
 from fmus.trust import is_trusted, trust
-from orchestrator.cosim.container.description import TYPES2, Heading, build_description, description
+from orchestrator.cosim.container.description import TYPES2, Heading, description
 from orchestrator.cosim.container.planned import ContainedPart, PlannedSystem, contained_parts, part_files, plan_system
 from orchestrator.cosim.container.table import table_code
 from orchestrator.cosim.container.variables import Exposed, exposed_variables
@@ -103,7 +104,7 @@ def _packed(
         **contents,
     }
     if number == 3:
-        files["sources/buildDescription.xml"] = build_description(heading)
+        files["sources/buildDescription.xml"] = build_description(identifier, heading.sources)
     return zipped(files)
 
 

@@ -2,18 +2,18 @@
 
 import json
 import xml.etree.ElementTree as ET
-import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 
+from fmus.description_parts import base_unit
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
+from fmus.package import zipped
 from fmus.units import SiUnit, si_exponents
 from orchestrator.cosim.addresses import Element, resolve
 from orchestrator.cosim.component import FLOATS, Port
@@ -222,10 +222,7 @@ class Document:
         if self.units:
             parent = _sub(root, "ssd:Units")
             for name, si in self.units.items():
-                base = {key: str(power) for key, power in si.exponents.items()}
-                base |= {"factor": repr(si.factor)} if si.factor != 1.0 else {}
-                base |= {"offset": repr(si.offset)} if si.offset != 0.0 else {}
-                _sub(_sub(parent, "ssc:Unit", name=name), "ssc:BaseUnit", **base)
+                _sub(_sub(parent, "ssc:Unit", name=name), "ssc:BaseUnit", **base_unit(si))
 
     def _enumerations(self, root: ET.Element, prefix: str) -> None:
         if self.enumerations:
@@ -287,25 +284,16 @@ def write_ssp(system: System, path: Path) -> Path:
     sources = _resources(system)
     writer = Document(system, ports, sources)
     document = writer.structure()
-    buffer = BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        _add(archive, STRUCTURE, document)
-        if writer.parameters is not None:
-            _add(archive, PARAMETERS, to_bytes(writer.parameters))
-        for name, source in dict(zip(sources.values(), system.components.values(), strict=True)).items():
-            _add(archive, name, (system.folder / source.source).read_bytes())
+    files = {STRUCTURE: document} | {
+        sources[n]: (system.folder / s.source).read_bytes() for n, s in system.components.items()
+    }
+    if writer.parameters is not None:
+        files[PARAMETERS] = to_bytes(writer.parameters)
     try:
-        write_atomically(path, buffer.getvalue())
+        write_atomically(path, zipped(files, first=STRUCTURE))
     except OSError as error:
         raise MisfitError(f"{path} cannot be written: {error.strerror}; choose another place") from error
     return path
-
-
-def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
-    entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-    entry.compress_type = zipfile.ZIP_DEFLATED
-    entry.external_attr = 0o644 << 16
-    archive.writestr(entry, content)
 
 
 def _resources(system: System) -> dict[str, str]:
