@@ -1,7 +1,6 @@
 """The page of a project: the whole main job from top to bottom, with those of its parts that are nowhere else."""
 
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Self
 
 from nicegui import ui
@@ -59,10 +58,8 @@ class Folded:
         self._inside.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._inside.__exit__(kind, error, trace)
+    def __exit__(self, *reason: object) -> None:
+        self._inside.__exit__(*reason)
 
 
 def diagnosis_part(project: Project) -> Live:

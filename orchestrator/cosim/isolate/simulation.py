@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -124,9 +123,7 @@ class IsolatedSimulation:
     def __enter__(self) -> "IsolatedSimulation":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *reason: object) -> None:
         self.close()
 
     def _answer(self, recorder: Recorder, watch: Callable[[float], None] | None) -> Any:

@@ -128,12 +128,12 @@ def _count_text(what: str, found: np.ndarray, expected: int, due: np.ndarray | N
 def crossings(signal: Signal, level: float, direction: Direction = "any") -> np.ndarray:
     """Return when a signal crosses a level, s, rising: from below to it or above, or from there to below it.
 
-    Example:
     Args:
         signal: the signal.
         level: in its unit.
         direction: "any", "rising" or "falling".
 
+    Example:
         >>> crossings(Signal("h", [0.0, 1.0, 2.0], [0.0, 4.0, 0.0]), 1.0)
         array([0.25, 1.75])
     """

@@ -191,7 +191,6 @@ def compare_signals(signal: Signal, reference: Signal | None, tolerance: Toleran
     Both directions are looked at: the result's samples against the reference's curve and, where the stamps differ, the
     reference's samples against the result's, so that a pulse between two samples of the result is not lost.
 
-    Example:
     Args:
         signal: the result.
         reference: the reference, None if there is none.
@@ -200,6 +199,7 @@ def compare_signals(signal: Signal, reference: Signal | None, tolerance: Toleran
     Returns:
         The verdict; one that failed says why, also where nothing can be compared.
 
+    Example:
         >>> time = [0.0, 1.0, 2.0]
         >>> compare_signals(Signal("q", time, [0.0, 1.02, 2.0], "rad"), Signal("q", time, [0.0, 1.0, 2.0]), Tolerance()).reason
         'is off by 0.02 rad at 1 s (1.02 rad, reference 1 rad), 9.9 times the tolerance 0.00202 rad; 1 of 3 samples outside, the first at 1 s; would pass with absolute = 0.018'
