@@ -66,7 +66,7 @@ def build_fmu(
     sources["model_config.h"] = sources["model_config.h"].replace(_NO_GUID, guid)
     files = {
         "modelDescription.xml": fmi.describe(system, header),
-        **library_files(fmi, header.identifier, sources, platforms),
+        **library_files(fmi, header.identifier, sources, platforms, shared=_shared(fmi)),
         **{f"sources/{name}": content for name, content in _encoded(sources).items()},
         **fmi.parts(Layout(system), header),
     }
@@ -129,15 +129,19 @@ def _sources(system: SymbolicSystem, fmi: FmiVersion, tolerance: float) -> dict[
     code = model_code(system, reverse=fmi.adjoint)
     layout = Layout(system)
     names = [scalar.variable.name for scalar in layout.scalars]
-    runtime = resources.files("fmus.runtime")
     return {
-        **{f.name: f.read_text("utf-8") for f in runtime.iterdir() if fmi.has_runtime_file(f.name)},
-        **headers(fmi),
-        "fmi.h": f'#include "{fmi.prefix}.h"\n',
+        **_shared(fmi),
         **fmi.headers_of(layout),
         "model.c": code.functions,
         "model_config.h": model_config(system, code, names, _NO_GUID, tolerance),
     }
+
+
+def _shared(fmi: FmiVersion) -> dict[str, str]:
+    """The C files that all models have."""
+    runtime = resources.files("fmus.runtime")
+    files = {f.name: f.read_text("utf-8") for f in runtime.iterdir() if fmi.has_runtime_file(f.name)}
+    return {**files, **headers(fmi), "fmi.h": f'#include "{fmi.prefix}.h"\n'}
 
 
 def headers(fmi: FmiVersion) -> dict[str, str]:
@@ -162,7 +166,7 @@ def library_files(
         identifier: the model's, which names the files.
         sources: C text by file name.
         platforms: others than this machine.
-        shared: names of files that all models share; what they are compiled to is kept, see `compile_library`.
+        shared: names of files that all models share, see `compile_library`.
 
     Raises:
         FmuError: without a C compiler, or with the first error of one.

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import shlex
 import shutil
 import tempfile
@@ -23,6 +24,7 @@ CODE_FLAGS = (
     "-fno-trapping-math",
 )
 FLAGS = ("-fPIC", *CODE_FLAGS)
+_INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 
 def compile_library(sources: Mapping[str, str], shared: Collection[str] = ()) -> bytes:
@@ -32,7 +34,7 @@ def compile_library(sources: Mapping[str, str], shared: Collection[str] = ()) ->
 
     Args:
         sources: all C files and headers.
-        shared: files that other libraries have as well, headers and all; what they are compiled to is kept.
+        shared: files that other libraries have as well; what is made of such files alone is compiled once for all of them.
 
     Raises:
         FmuError: without a C compiler, or with the first error of the compiler.
@@ -50,22 +52,35 @@ def _compiled(command: Sequence[str], sources: Mapping[str, str], shared: Collec
         # The model's own functions take as long as all the rest, so they come first.
         ordered = sorted(units, key=lambda unit: -len(sources[unit]))
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-            list(pool.map(lambda unit: _compile(command, unit, sources, folder, unit in shared), ordered))
+            list(pool.map(lambda unit: _compile(command, unit, sources, folder, shared), ordered))
         _run([*command, "-shared", "-o", "model.so", *(f"{unit}.o" for unit in units), "-lm"], folder)
         return (Path(folder) / "model.so").read_bytes()
 
 
-def _compile(compiler: Sequence[str], unit: str, sources: Mapping[str, str], folder: str, is_shared: bool) -> None:
+def _compile(
+    compiler: Sequence[str], unit: str, sources: Mapping[str, str], folder: str, shared: Collection[str]
+) -> None:
     command = [*compiler, "-c", unit, "-o", f"{unit}.o"]
-    if not is_shared:
+    needed = _included(unit, sources)
+    if not needed.issubset(shared):
         return _run(command, folder)
-    texts = [sources[unit], *(f"{name}\n{sources[name]}" for name in sorted(sources) if name.endswith(".h"))]
+    texts = [f"{name}\n{sources[name]}" for name in sorted(needed)]
     kept, made = cache_folder("objects") / f"{_digest(*command, *texts)}.o", Path(folder) / f"{unit}.o"
     if kept.is_file():
         made.write_bytes(kept.read_bytes())
     else:
         _run(command, folder)
         write_atomically(kept, made.read_bytes())
+
+
+def _included(unit: str, sources: Mapping[str, str]) -> set[str]:
+    """A file with all that it includes of the sources."""
+    found, left = {unit}, [unit]
+    while left:
+        new = {name for name in _INCLUDE.findall(sources[left.pop()]) if name in sources} - found
+        found |= new
+        left += new
+    return found
 
 
 def _digest(*texts: str) -> str:
