@@ -69,7 +69,11 @@ def _knowns(system: SymbolicSystem, instant: Mask) -> _Knowns:
 
 
 def _rhs_sparsity(system: SymbolicSystem, argument: int) -> Mask:
-    return np.vstack([sparsity(system.rhs, output, argument) for output in (0, 1)])
+    """What is read now, and what relations read, which keep their side until an event."""
+    now, evaluated = (
+        np.vstack([sparsity(rhs, output, argument) for output in (0, 1)]) for rhs in (system.between_events, system.rhs)
+    )
+    return np.asarray(now | evaluated)
 
 
 def _initial_unknowns(layout: Layout) -> dict[int, list[int]]:

@@ -1,5 +1,6 @@
 """Find the model that a MODEL argument names."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -69,7 +70,9 @@ def load_source(text: str, measurements: MeasurementSet) -> "Source":
     if closed is not None:
         from orchestrator.blackbox.source import FmuSource
 
-        return FmuSource.prepare(closed, measurements)
+        prepared = FmuSource.prepare(closed, measurements)
+        # A class that runs as an FMU keeps its name; where its FMU lies is nobody's business.
+        return prepared if source is None else replace(prepared, name=source.name)
     assert source is not None
     return source
 

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -82,7 +81,7 @@ def laid_out(model: str, file: Path | None) -> Iterator[tuple[Path, list[Path]]]
         else:
             alone = Path(folder) / "own" / file.name
             alone.parent.mkdir()
-            shutil.copyfile(file, alone)
+            alone.write_text(rewritten(modelica_text(file), file.name))
             yield alone, roots
 
 
@@ -146,6 +145,7 @@ def _surroundings() -> str:
         here / "worker.py",
         here / "closure.py",
         here / "rewrite.py",
+        here / "algorithms.py",
         here.parent / "flat" / "slim.py",
         *sorted((here / "lint").glob("*.py")),
     )

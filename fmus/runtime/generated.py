@@ -167,17 +167,17 @@ def _jacobian(rhs: ca.Function) -> ca.Function:
 
 def _copies(system: SymbolicSystem) -> list[int]:
     """Value reference of the input, state or parameter that an algebraic variable only repeats, or -1, for each one."""
-    if not system.rhs.is_a("SXFunction"):
+    rhs = system.between_events
+    if not rhs.is_a("SXFunction"):
         return [-1] * len(system.algebraics)
-    x, u, p = (ca.SX.sym(name, system.rhs.numel_in(i)) for name, i in (("x", 1), ("u", 2), ("p", 4)))
-    time, delayed = ca.SX.sym("t"), ca.SX.sym("d", system.rhs.numel_in(3))
+    time, x, u, delayed, p, *kept = (ca.SX.sym(rhs.name_in(i), rhs.numel_in(i)) for i in range(rhs.n_in()))
     first_parameter = len(system.inputs) + 2 * len(system.states) + len(system.algebraics)
     references = {
         element.name(): first + i
         for first, column in ((0, u), (len(system.inputs), x), (first_parameter, p))
         for i, element in enumerate(ca.vertsplit(column))
     }
-    _, z = system.rhs.call([time, x, u, delayed, p])
+    _, z = rhs.call([time, x, u, delayed, p, *kept])
     return [references.get(item.name(), -1) if item.is_symbolic() else -1 for item in ca.vertsplit(ca.densify(z))]
 
 

@@ -129,6 +129,11 @@ class SymbolicSystem:
         return self.consistent(time, u, parameters, declared)
 
     @property
+    def between_events(self) -> ca.Function:
+        """`rhs`, of `(t, x, u, d, p, c)` where relations and memories keep what they are until an event."""
+        return self.rhs if self.relations is None else self.relations.rhs
+
+    @property
     def remembers(self) -> bool:
         """Whether values are kept from event to event, which `rhs` does not know: there they are what they start with."""
         return self.relations is not None and self.relations.memory is not None

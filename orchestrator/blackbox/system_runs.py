@@ -54,16 +54,22 @@ class SystemInstance:
         """They are those of the description."""
         return references
 
-    def begin(self, time: float, settings: dict[int, list[float]]) -> None:
-        """Start a run at a time, with start values by reference; a start that was there before is returned to."""
-        key = (time, tuple(sorted((r, tuple(v)) for r, v in settings.items())))
+    def begin(
+        self, time: float, settings: dict[int, list[float]], inputs: tuple[Sequence[int], Sequence[float]] = ((), ())
+    ) -> None:
+        """Start a run at a time, with start values and first inputs by reference; a start that was there before is returned to."""
+        given = {**settings, **{r: [v] for r, v in zip(*inputs, strict=True)}}
+        key = (time, tuple(sorted((r, tuple(v)) for r, v in given.items())))
         self._last = {}
         if self._simulation is not None and self._of == key and key in self._points:
             self._simulation.restore(self._points[key])
             return
         self.drop()
         first = len(self.exposed.inputs) + len(self.exposed.outputs)
-        starts = {self.exposed.starts[r - first]: Value(v[0]) for r, v in settings.items()}
+        starts = {
+            self.exposed.inputs[r] if r < first else self.exposed.starts[r - first]: Value(v[0])
+            for r, v in given.items()
+        }
         system = self.exposed.system.with_values(starts)
         self._simulation = Simulation(replace(system, run=replace(system.run, start=time, stop=None)), record=[])
         self._simulation.initialise()

@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from fmus.errors import FmuError
 from orchestrator.blackbox.exposed import Exposed, exposed, require_components
 from orchestrator.blackbox.fmu_file import FmuFile
 from orchestrator.blackbox.ports import Description
@@ -23,10 +24,19 @@ def open_file(path: Path, *, stepped: bool = False, join_forces: bool = False) -
 
     Raises:
         MisfitError: if the file is neither, or cannot be run.
+        ComponentError: if the FMU fails while it is looked at.
     """
     if path.suffix.lower() in SYSTEM_ENDINGS:
         return SystemFile(path, join_forces=join_forces)
-    return FmuFile(path, stepped)
+    file = FmuFile(path, stepped)
+    if file.description.cosimulation or not file.probe().waits_for_events:
+        return file
+    # Its equations jump at times that no indicator tells, as those of a sampled controller do.
+    file.close()
+    file = FmuFile(path, stepped=True)
+    if not file.description.cosimulation:
+        raise FmuError(f"FMU {path.name} offers only model exchange with events; export it for co-simulation")
+    return file
 
 
 @dataclass(frozen=True)

@@ -117,6 +117,10 @@ class SlopesRequest:
     directional: bool
 
 
+# References of inputs, and their values.
+Inputs = tuple[Sequence[int], Sequence[float]]
+
+
 class _Problem(ctypes.Structure):
     """Mirror of `problem` in runner.c."""
 
@@ -177,17 +181,19 @@ class _Instance:
         self.description = description
         self.second, self.cosimulation = description.version == 2, cosimulation
         self.interpolates = interface.interpolates_inputs
+        self.waits_for_events = False
         self._used = False
         ports = description.by_name.values()
         self._parameters = {
             reference for port, reference, *_ in ports if port.causality == "parameter" and port.type == "Float64"
         }
 
-    def begin(self, time: float, settings: dict[int, list[float]]) -> None:
-        """Reset, set start values, initialise."""
+    def begin(self, time: float, settings: dict[int, list[float]], inputs: Inputs = ((), ())) -> None:
+        """Reset, set start values and the inputs that they may follow from, initialise."""
         if self._used:
             self.fresh()
         self._used = True
+        self.set(*inputs)
         for reference, values in settings.items():
             self.set([reference], values)
         self.fmu.begin(time, None, None)
@@ -196,8 +202,9 @@ class _Instance:
                 self.set([reference], values)
         self.fmu.finish_initialisation()
         if not self.cosimulation:
-            while self.fmu.update_discrete_states().again:
+            while (event := self.fmu.update_discrete_states()).again:
                 pass
+            self.waits_for_events = event.next_time is not None
             self.fmu.call("EnterContinuousTimeMode")
 
     def set_time(self, time: float) -> None:
@@ -253,9 +260,9 @@ class _Joined(_Instance):
         super().__init__(path, True)
         self._own = [self.description.by_name[name][1] for name in names]
 
-    def begin(self, time: float, settings: dict[int, list[float]]) -> None:
+    def begin(self, time: float, settings: dict[int, list[float]], inputs: Inputs = ((), ())) -> None:
         """As of any FMU."""
-        super().begin(time, {self._own[reference]: values for reference, values in settings.items()})
+        super().begin(time, {self._own[reference]: values for reference, values in settings.items()}, inputs)
 
     def numbers(self, references: Sequence[int]) -> Sequence[int]:
         """The FMU's own references of variables."""
@@ -292,7 +299,7 @@ def _answers(instance: _Instance, request: RunRequest) -> list[tuple[int, np.nda
     stepped = instance.cosimulation
     found = []
     for variant in request.variants:
-        instance.begin(float(time[0]), variant.settings)
+        instance.begin(float(time[0]), variant.settings, (instance.numbers(wiring.inputs), inputs[0].tolist()))
         functions = [
             None if stepped else instance.address("SetTime", "SetTime"),
             None if stepped else instance.address("SetContinuousStates", "SetContinuousStates"),
@@ -336,7 +343,10 @@ def _answers(instance: _Instance, request: RunRequest) -> list[tuple[int, np.nda
 
 @dataclass(frozen=True)
 class Probe:
-    """States after initialisation, outputs and Jacobians at the asked states and inputs."""
+    """States after initialisation, outputs and Jacobians at the asked states and inputs.
+
+    `waits_for_events` tells that a time was announced at which something jumps.
+    """
 
     states: np.ndarray
     outputs: np.ndarray
@@ -344,6 +354,7 @@ class Probe:
     rates_by_inputs: np.ndarray
     outputs_by_states: np.ndarray
     outputs_by_inputs: np.ndarray
+    waits_for_events: bool = False
 
 
 def _jacobian(
@@ -412,7 +423,10 @@ def _probe(instance: _Instance, request: ProbeRequest) -> Probe:
     x = base if request.start is None else request.start
 
     here, jacobian = _jacobian(instance, request, x, request.inputs)
-    return Probe(base, here[nx:], jacobian[:nx, :nx], jacobian[:nx, nx:], jacobian[nx:, :nx], jacobian[nx:, nx:])
+    by_states, by_inputs = jacobian[:, :nx], jacobian[:, nx:]
+    return Probe(
+        base, here[nx:], by_states[:nx], by_inputs[:nx], by_states[nx:], by_inputs[nx:], instance.waits_for_events
+    )
 
 
 def _rates(instance: _Instance, request: RatesRequest) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Where the balance equation of a state is written, and on which side a term belongs."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,28 +51,36 @@ def balance_of(term: Term, flat: FlatPoints, states: Sequence[str], values: Sequ
     """
     if any(f"der({term.state})" not in at for at in values):
         raise ModelicaError(f"'{term.state}' is no state of the model; its states are {', '.join(states)}")
-    table = [_slopes(state, states, flat, values) for state in states]
-    found = _candidates(term.state, states, table, flat)
-    if not found:  # the charge behind an inductor, der(q) = i, or what an input fills, der(m) = mdot
-        table[list(states).index(term.state)] = _slopes(term.state, states, flat, values, names=True)
-        found = _candidates(term.state, states, table, flat)
-    if not found:  # the angle of a damper between a shaft and its housing, which counts the other way than the shaft
-        table[list(states).index(term.state)] = _slopes(term.state, states, flat, values, other_way=True)
-        others = tuple(_equal(f"der({term.state})", values, -1.0))
-        found = [replace(each, others=others) for each in _candidates(term.state, states, table, flat)]
-    if not found:
+    found = list(_tries(term.state, states, flat, values))
+    if not any(found):
         raise ModelicaError(
             f"no equation of the model determines der({term.state}); name a state with a balance equation"
         )
     file, _, line = term.place.rpartition(":")
-    here = [b for b in found if flat.place(b.equation)[:2] == (file, int(line))] if line.isdigit() else []
-    written = here or [b for b in found if flat.place(b.equation)[0]]
+    here = [b for each in found for b in each if line.isdigit() and flat.place(b.equation)[:2] == (file, int(line))]
+    written = here or [b for b in next(filter(None, found)) if flat.place(b.equation)[0]]
     if not written:
         raise ModelicaError(
             f"the front end made the equation that determines der({term.state}), so it stands in no file that could be "
             "changed; name another state of the same part"
         )
     return written[0]
+
+
+def _tries(
+    state: str, states: Sequence[str], flat: FlatPoints, values: Sequence[Mapping[str, float]]
+) -> Iterator[list[Balance]]:
+    """The equations that a balance may be, the likeliest way to find them first."""
+    table = [_slopes(each, states, flat, values) for each in states]
+    yield _candidates(state, states, table, flat)
+    own = list(states).index(state)
+    # The charge behind an inductor, der(q) = i, or what an input fills, der(m) = mdot.
+    table[own] = _slopes(state, states, flat, values, names=True)
+    yield _candidates(state, states, table, flat)
+    # The angle of a damper between a shaft and its housing, which counts the other way than the shaft.
+    table[own] = _slopes(state, states, flat, values, other_way=True)
+    others = tuple(_equal(f"der({state})", values, -1.0))
+    yield [replace(each, others=others) for each in _candidates(state, states, table, flat)]
 
 
 @dataclass(frozen=True)

@@ -91,6 +91,20 @@ def test_a_term_adds_to_the_balance_as_it_is_written(style: str, tmp_path: Path)
     assert added == pytest.approx(-0.7 * np.tanh(3.0) * gain, rel=1e-9)
 
 
+def test_a_speed_that_counts_the_other_way_than_the_shafts_takes_the_torque_where_the_place_says(
+    tmp_path: Path,
+) -> None:
+    """Of the shaft's balance and the equation that defines the relative acceleration, the place names the first."""
+    shaft = (
+        "model M\n  parameter Real J=2; input Real F; Real w; Real a; Real aRel; Real v(start=1, stateSelect=StateSelect.always);\n"
+        "equation\n  J*a = F - 3*w;\n  a = der(w);\n  v = -w;\n  aRel = der(v);\nend M;\n"
+    )
+    base, new, text = written(tmp_path, shaft, [replace(FRICTION, place="M.mo:4")])
+    assert "J*a - fC*tanh(v/0.1) = F - 3*w;" in text
+    added = rates(new, {"v": 0.3})["v"] - rates(base, {"v": 0.3})["v"]
+    assert added == pytest.approx(-0.7 * np.tanh(3.0) / 2, rel=1e-9)
+
+
 def test_the_changed_line_is_marked_and_nothing_else_of_the_class_changes(tmp_path: Path) -> None:
     text = 'model M "Slide"\n  parameter Real m = 2 "mass";\n  input Real F;\n  output Real v(start=1);\nequation\n  m*der(v) = F;  // balance\nend M;\n'
     _, new, all_text = written(tmp_path, text, [FRICTION])

@@ -33,6 +33,12 @@ MISTAKES = {
         "'k' has 2 elements, but 3 values are given",
     ),
     "array for a scalar": (f"{START}  parameter Real k = {{1, 2}};\n{END}", 4, "'k' of My is a scalar"),
+    "a value for each part of an array, and something else wrong": (
+        "model Part\n  parameter Real k = 1;\n  Real z;\nequation\n  z = k;\nend Part;\n"
+        f"{START}  Part p[2](k={{1, 2}});\n  Real y;\n{END}",
+        7,
+        "unbalanced model: 3 equations for 4 unknowns; add 1",
+    ),
     "array of the wrong size in a modifier": (
         f"{START}  FESArm.Effects.JointTorque.ViscousFriction f(n=1,\n    b={{0.2, 0.3}});\n"
         "equation\n  f.q = {x};\n  f.w = {0};\n  f.a = {0};\n  der(x) = -x;\nend My;\n",

@@ -92,6 +92,17 @@ def test_value_of_another_unit_is_refused_where_the_parameter_stands(tmp_path: P
         ModelicaModel("A", "A", file).compile()
 
 
+def test_large_number_in_the_value_of_a_parameter_may_have_a_unit(tmp_path: Path) -> None:
+    file = tmp_path / "probe.mo"
+    file.write_text(
+        'model A\n  parameter Real V(unit="m3") = 1;\n  parameter Real C(unit="J/K") = V*1.9e6;\n'
+        "  Real x(start=0, fixed=true);\nequation\n  der(x) = C*x;\nend A;\n"
+    )
+
+    notes = ModelicaModel("A", "A", file).compile().notes
+    assert any(note.startswith("probe.mo:3: C has unit ") for note in notes)
+
+
 def test_unknown_unit_is_refused_where_it_is_declared(tmp_path: Path) -> None:
     file = tmp_path / "probe.mo"
     file.write_text(

@@ -14,6 +14,8 @@ from fmus.package import build_fmu
 from fmus.symbolic.store import from_bytes, to_bytes
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.cli.main import misfit
+from orchestrator.measurements import load_measurements
+from orchestrator.model_argument import load_source
 from orchestrator.models.symbolic import SymbolicModel
 
 # One model for all, as an FMU takes a second to build; its parts share nothing but the time.
@@ -170,6 +172,67 @@ def test_a_clock_needs_no_states(tmp_path: Path) -> None:
     assert found["u"] == pytest.approx(2 + 0.1 * np.arange(11))
 
 
+SWITCHED = """model M
+  parameter Real power = 7;
+  input Real u(start=1);
+  output Real x(start=0, fixed=true);
+  output Real p "equals a parameter until x has reached 0.5";
+  output Real q "does not read u at first";
+  Boolean on(start=true, fixed=true);
+equation
+  when x > 0.5 then
+    on = false;
+  end when;
+  p = if on then power else 0;
+  q = if on then 0 else 3*u;
+  der(x) = 1;
+end M;
+"""
+
+
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+def test_what_equals_a_parameter_or_nothing_at_first_changes_at_its_event(kind: str, tmp_path: Path) -> None:
+    (tmp_path / "M.mo").write_text(SWITCHED)
+    fmu = build_fmu(ModelicaModel("M", "M", tmp_path / "M.mo").compile(), tmp_path / "M.fmu")
+    found = fmpy.simulate_fmu(str(fmu), stop_time=1.0, output_interval=0.25, fmi_type=kind, output=["p", "q"])
+    assert [found["p"][0], found["q"][0], found["p"][-1], found["q"][-1]] == pytest.approx([7, 0, 0, 3])
+    description = fmpy.read_model_description(str(fmu))
+    read = {each.variable.name: [v.name for v in each.dependencies] for each in description.outputs}
+    assert read["q"] == ["u"]
+
+
+SAMPLED = """model Furnace
+  input Real set(start=0);
+  output Real y(start=0, fixed=true);
+  discrete Real u(start=0, fixed=true);
+equation
+  when sample(0, 1) then
+    u = 2*(set - y);
+  end when;
+  der(y) = u - y;
+end Furnace;
+"""
+
+
+def test_a_sampled_controller_ticks_while_it_is_compared_from_the_first_input_on(tmp_path: Path) -> None:
+    """Its FMU has no event indicators; between ticks y goes from y0 to u by 1 - exp(-t)."""
+    (tmp_path / "M.mo").write_text(SAMPLED)
+    (tmp_path / "data").mkdir()
+    rows, y, u, held = [], 0.0, 0.0, [3.0, 3.0, -1.0, -1.0, 4.0]
+    for k in range(200):  # the set point moves between ticks, which come every fourth sample
+        setting = held[(k + 2) // 40 % 5]
+        u = 2 * (setting - y) if k % 4 == 0 else u
+        rows.append(f"{0.25 * k},{setting},{y}\n")
+        y = u + (y - u) * math.exp(-0.25)
+    (tmp_path / "data" / "run.csv").write_text("time,set,y\n" + "".join(rows))
+    result = tmp_path / "out.json"
+    done = CliRunner().invoke(
+        misfit, ["compare", f"{tmp_path}/M.mo:Furnace", str(tmp_path / "data"), "--json", str(result)]
+    )
+    assert done.exit_code == 0, done.output
+    assert "y agrees within the noise" in result.read_text()
+
+
 def written(folder: Path) -> tuple[str, str]:
     """The model's name on the command line, and data of its first output by the closed form."""
     (folder / "M.mo").write_text(MODEL)
@@ -197,6 +260,12 @@ def test_diagnosing_a_model_that_remembers_runs_it_as_an_fmu(tmp_path: Path) -> 
     done = CliRunner().invoke(misfit, ["diagnose", *written(tmp_path), "--json", str(tmp_path / "out.json")])
     assert done.exit_code == 0, done.output
     assert '"verdict": "adequate"' in (tmp_path / "out.json").read_text()
+
+
+def test_a_model_that_remembers_goes_by_its_name_and_not_by_the_place_of_its_fmu(tmp_path: Path) -> None:
+    model, data = written(tmp_path)
+    source = load_source(model, load_measurements(data))
+    assert source.name == "M"
 
 
 @pytest.mark.parametrize(

@@ -40,3 +40,16 @@ def test_every_line_stays_where_it_is() -> None:
 def test_a_text_without_tables_is_left_alone() -> None:
     text = "model M\n  parameter Real a = f(b);\nend M;\n"
     assert rewritten(text, "M.mo") == text
+
+
+def test_the_ends_of_a_table_follow_its_rows() -> None:
+    """The compiler makes a number of them, which does not change with the rows."""
+    text = rewritten(
+        "block T\n  parameter Boolean tableOnFile=false;\n  parameter Real table[:, :];\n  parameter ExternalCombiTable1D tableID"
+        " = ExternalCombiTable1D(table);\n  final parameter Real low = Internal.getTable1DAbscissaUmin(tableID);\nend T;\n",
+        "T.mo",
+    )
+    known = (
+        "if tableOnFile then Internal . getTable1DAbscissaUmin ( tableID ) else sum(table[1:min(1, size(table, 1)), 1])"
+    )
+    assert f"equation low = ({known}); public" in text

@@ -94,10 +94,12 @@ class Parser(Statements):
                 self.at += 1
                 if self.tokens[self.at - 1].text == "equation" and not initial and not definition.first_equation:
                     definition.first_equation = self.tokens[self.at - 1].end
-                known = len(self.equations)
-                self.section(self.tokens[self.at - 1].text == "algorithm")
+                known, keyword = len(self.equations), self.tokens[self.at - 1]
+                self.section(keyword.text == "algorithm")
                 if initial:
                     del self.equations[known:]
+                elif keyword.text == "algorithm":
+                    definition.algorithms.append((keyword.start, self.tokens[self.at - 1].end))
             elif self.accept("external"):
                 while not self.accept(";"):
                     if self.accept("annotation"):

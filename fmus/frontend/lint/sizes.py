@@ -25,7 +25,7 @@ def _in_class(view: View, depth: int) -> Iterator[str]:
             yield from _mismatch(component, component.value, view, {}, file)
         found = element_of(view, component.name)
         target = None if found is None else component_type(found)
-        if target is not None:
+        if target is not None and not component.sizes:  # parts in an array take one value each
             yield from _in_modifiers(component.modifiers, target, file)
     if depth < 10:
         for extends, base in zip(view.definition.all_bases, bases_of(view), strict=False):
@@ -42,7 +42,7 @@ def _in_modifiers(modifiers: list[Modifier], target: View, file: str) -> Iterato
         if modifier.value is not None:
             yield from _mismatch(found.element, modifier.value, found.home, given, file)
         inner = component_type(found)
-        if inner is not None:
+        if inner is not None and not found.element.sizes:
             yield from _in_modifiers(modifier.sub, inner, file)
 
 

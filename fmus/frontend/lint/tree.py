@@ -87,6 +87,7 @@ class ClassDef:
 
     `path` is its file where it is the outermost class there. `span` holds its characters up to `end NAME`; `name_at` is where
     its name stands, `header` ends behind its description, `first_equation` behind the first keyword `equation` (0: none).
+    `algorithms` are the sections that begin with this keyword.
     """
 
     name: str
@@ -110,6 +111,7 @@ class ClassDef:
     header: int = 0
     first_equation: int = 0
     equations: list[EquationText] = field(default_factory=list)
+    algorithms: list[Span] = field(default_factory=list)
 
     @property
     def all_bases(self) -> list[Extends]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from fmus.errors import MisfitError, ModelicaError
@@ -22,6 +23,8 @@ from fmus.symbolic.arena import Arena
 
 # The library that may write constants without their units.
 STANDARD = "Modelica"
+# Whole numbers up to here count or double something in the value of a parameter; beyond, such as 1.9e6*V, they may be a property.
+LARGEST_COUNT = 10.0
 _SAME = frozenset(
     (
         "abs",
@@ -48,8 +51,8 @@ def check_units(dae: Mapping[str, Any]) -> list[str]:
     """Refuse equations whose sides, sums whose terms, and values whose units differ whatever unit its numbers have.
 
     A missing unit and `time` fit everything (a ramp `u = time` is common in tests); so does a number in a sum. As a
-    factor a whole or half number is dimensionless, unless only a unit of it would make units agree (`exp((T - 350)/8)`): these places
-    are returned.
+    factor a whole or half number is dimensionless, unless only a unit of it would make units agree (`exp((T - 350)/8)`, in the value of a
+    parameter `1.9e6*V`): these places are returned.
 
     Returns:
         What differs unless a number has a unit, as `file:line: what`; in the Modelica Standard Library, which writes some constants as
@@ -66,7 +69,7 @@ def check_units(dae: Mapping[str, Any]) -> list[str]:
 
 def dimension_of(arena: Arena) -> Callable[[int], Known]:
     """Return what tells the dimension of an expression of a model that has passed the check, by its number."""
-    checks = [_UnitCheck(arena), _UnitCheck(arena, numbers_have_units=True)]
+    checks = [_UnitCheck(arena), _UnitCheck(arena, units_from=0.0)]
 
     def dimension(node: int) -> Known:
         for check in checks:
@@ -80,10 +83,13 @@ def dimension_of(arena: Arena) -> Callable[[int], Known]:
 
 
 class _UnitCheck:
-    """Dimensions of nodes; `place` is the file and line of the equation or declaration at hand."""
+    """Dimensions of nodes; `place` is the file and line of the equation or declaration at hand.
 
-    def __init__(self, arena: Arena, *, numbers_have_units: bool = False) -> None:
-        self.arena, self.numbers_have_units = arena, numbers_have_units
+    Numbers beyond `units_from` may have a unit.
+    """
+
+    def __init__(self, arena: Arena, *, units_from: float = float("inf")) -> None:
+        self.arena, self.units_from = arena, units_from
         self.place = ""
         self.tolerates = False
         self.tolerated: list[str] = []
@@ -102,31 +108,38 @@ class _UnitCheck:
 
     def values(self) -> None:
         """Check the values of parameters and the start values of variables against their units."""
-        for variable, unit in zip(self.arena.variables, self.units, strict=True):
+        lenient = _UnitCheck(self.arena, units_from=LARGEST_COUNT)
+        for variable in self.arena.variables:
             self._go_to(variable["declaration"])
             for key in ("binding", "start", "min", "max"):
-                node = variable["attributes"].get(key)
-                if node is not None and differ((unit, found := self.dimension(node))):
-                    self._refuse(f"{variable['name']} has unit {unit}, but its {_WORDS[key]} has unit {found}")
+                if (node := variable["attributes"].get(key)) is not None:
+                    self._tolerate(partial(_UnitCheck._value, variable=variable, key=key, node=node), lenient)
+
+    def _value(self, variable: Mapping[str, Any], key: str, node: int) -> None:
+        unit, found = self._declared(variable), self.dimension(node)
+        if differ((unit, found)):
+            self._refuse(f"{variable['name']} has unit {unit}, but its {_WORDS[key]} has unit {found}")
 
     def equations(self) -> None:
         """Check both sides of every equation."""
-        lenient = _UnitCheck(self.arena, numbers_have_units=True)
+        lenient = _UnitCheck(self.arena, units_from=0.0)
         for key in ("continuous_equation_operations", "initialization_equation_operations"):
             for operation in self.arena.storage[key]:
                 kind, body = next(iter(operation.items()))
                 self._go_to(body["provenance"])
                 for node in [body["residual"]] if kind == "residual" else body["bodies"]:
-                    try:
-                        self._sides(node)
-                    except ModelicaError as error:
-                        try:
-                            lenient._sides(node)
-                        except ModelicaError:
-                            raise error from None
-                        self.tolerated = list(
-                            dict.fromkeys([*self.tolerated, f"{error}, unless a number there has a unit"])
-                        )
+                    self._tolerate(partial(_UnitCheck._sides, node=node), lenient)
+
+    def _tolerate(self, check: Callable[["_UnitCheck"], None], lenient: "_UnitCheck") -> None:
+        """Let pass what a unit of a number would explain, and remember it."""
+        try:
+            check(self)
+        except ModelicaError as error:
+            try:
+                check(lenient)
+            except ModelicaError:
+                raise error from None
+            self.tolerated = list(dict.fromkeys([*self.tolerated, f"{error}, unless a number there has a unit"]))
 
     def _sides(self, node: int) -> None:
         tag, body = self.arena.node(node)
@@ -185,7 +198,7 @@ class _UnitCheck:
 
     def _literal(self, node: int, body: Mapping[str, Any]) -> Known:
         value = next(iter(body.values()))
-        return of_number(value) if isinstance(value, int | float) and not self.numbers_have_units else UNKNOWN
+        return of_number(value) if isinstance(value, int | float) and abs(value) <= self.units_from else UNKNOWN
 
     def _coordinate(self, node: int, body: Any) -> Known:
         if body == "time":
