@@ -8,7 +8,6 @@ from fmus.description_parts import Header, build_description
 from fmus.errors import FmuError
 from fmus.layout import Layout
 from fmus.model_description import model_description
-from fmus.model_description3 import model_description3
 from fmus.platforms import Platform
 from fmus.symbolic.system import SymbolicSystem
 from fmus.terminals import FILE as TERMINALS
@@ -74,14 +73,14 @@ _VERSIONS = {
     "2.0": FmiVersion(
         prefix="fmi2",
         headers=("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
-        describe=model_description,
+        describe=lambda system, header: model_description(system, header, 2),
         platform=_platform2,
         folder=lambda platform: platform.folder2,
     ),
     "3.0": FmiVersion(
         prefix="fmi3",
         headers=("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
-        describe=model_description3,
+        describe=lambda system, header: model_description(system, header, 3),
         platform=_platform3,
         folder=lambda platform: platform.name,
         headers_of=lambda layout: {"model_arrays.h": array_sizes(array_variables(layout.scalars))},
