@@ -178,7 +178,7 @@ def library_files(
     for platform, library in cross_compile(sources, others).items():
         name = f"binaries/{fmi.folder(platform)}/{identifier}{platform.ending}"
         folders.setdefault(name, {})[platform] = library
-    native = f"binaries/{fmi.platform()}/{identifier}{sharedLibraryExtension}"
+    native = f"binaries/{fmi.folder()}/{identifier}{sharedLibraryExtension}"
     return {
         **{name: universal(libraries) for name, libraries in folders.items()},
         native: compile_library(sources, shared),
