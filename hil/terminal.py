@@ -68,8 +68,9 @@ def gaps(document: Mapping[str, Any]) -> str:
     gap, took = document["largest_gap_ms"], document["round_trip_us"]
     without = [f"without {name}, with halved limits\n" for name in document["without"]]
     return (
-        f"longest gap {gap['cycles']} ms between cycles, {gap['torque_frames']} ms between torque frames (limit {gap['limit']} ms);"
-        f" answers after {took['p50']} us (median), {took['max']} us (at most)\n" + "".join(without)
+        f"longest gap {gap['cycles']} ms between cycles, {gap['torque_frames']} ms between torque frames, {gap['signs']} ms between"
+        f" signs of the loop (limit {gap['limit']:g} ms); answers after {took['p50']} us (median), {took['max']} us (at most)\n"
+        + "".join(without)
     )
 
 
@@ -108,21 +109,22 @@ def questions(inside: "DirectBus | None") -> "tuple[Callable[[], bool], Callable
 
 
 def ask_home() -> bool:
-    if not sys.stdin.isatty():
-        raise MisfitError(
-            "the arm has not been zeroed; whether it stands where it is zeroed needs somebody at a terminal"
-        )
+    _needs_somebody("the arm has not been zeroed; whether it stands where it is zeroed needs somebody at a terminal")
     with screen_paused():
         return click.confirm("The arm has not been zeroed. Is it on its stops?")
 
 
 def ask_arm(robot: "Robot") -> bool:
-    if not sys.stdin.isatty():
-        raise MisfitError("arming needs somebody at a terminal who confirms it")
+    _needs_somebody("arming needs somebody at a terminal who confirms it")
     words = f"A real {robot.about} is on this bus. Type ARM to switch its torques on"
     with screen_paused():
         _forget_typed()
         return click.prompt(words, default="", show_default=False) == "ARM"
+
+
+def _needs_somebody(words: str) -> None:
+    if not sys.stdin.isatty():
+        raise MisfitError(f"{words} (`misfit sweep` asks before each run with --workers 1)")
 
 
 def _forget_typed() -> None:

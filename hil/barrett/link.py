@@ -10,7 +10,7 @@ from hil.codecs.barrett.force_torque import DIVISORS, GAUGES, unpack_counts
 from hil.codecs.barrett.identifiers import Group, Node, answer_of, to_group, to_node
 from hil.codecs.barrett.positions import motor_counts, nearest_turn
 from hil.codecs.barrett.properties import decode_value, encode_request
-from hil.codecs.barrett.safety_module import Level, decode_mode, decode_pendant
+from hil.codecs.barrett.safety_module import Level, decode_mode, decode_pendant, quantities
 from hil.codecs.frame import Frame, Timed
 from hil.errors import FrameError
 from hil.robots import proficio
@@ -92,7 +92,8 @@ class BarrettLink:
         self._has_sensor = robot.sensor is None and SENSOR in waived
         # Time in cycles since the module has said its mode, and what it watches; while the session stood still nobody asked it.
         self._mode_silent_ns = self._pendant_silent_ns = 0
-        self._warning = self._fault = self._foreign = False
+        self._warning = self._fault = ""
+        self._foreign = False
         self._pendant: int | None = None  # the last value, which is seldom another one
         self._before_ns = 0
 
@@ -254,7 +255,7 @@ class BarrettLink:
             self._mode_silent_ns = 0
         elif number == self.robot.module["PEN"]:
             if value != self._pendant:
-                levels = decode_pendant(value)[4:]
-                self._warning, self._fault = Level.WARNING in levels, Level.FAULT in levels
+                pendant = decode_pendant(value)
+                self._warning, self._fault = quantities(pendant, Level.WARNING), quantities(pendant, Level.FAULT)
                 self._pendant = value
             self._pendant_silent_ns = 0

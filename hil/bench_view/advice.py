@@ -70,7 +70,7 @@ ADVICE = {
     ),
     "module_agrees": Advice(
         "The robot's own safety module has switched the torque off.",
-        "Look at the pendant for the limit that was passed and find its cause; press Activate, start a new session.",
+        "Look at the pendant: Idle was pressed, or a limit was passed. Find its cause; press Activate, start a new session.",
     ),
     "drives_ready": Advice(
         "A drive has left its operation.",
@@ -135,7 +135,6 @@ CAUSES = {
             Advice("The robot's safety module is silent.", "Look at its cable and supply, and at the bus."),
         ),
         ("no safety module", Advice("There is no safety module.", "`misfit hil check` names nodes that are missing.")),
-        ("idle", Advice("Idle was pressed on the pendant.", "Press Activate, start a new session.")),
         ("warns", Advice("The robot's safety module warns.", "Look at the pendant: a limit of it is near.")),
     ),
     "watched": (("fallen silent", Advice("The watchdog is silent.", ADVICE["watched"].do)),),

@@ -52,7 +52,7 @@ class Seen(Record):
         unmodelled: N.m of each joint that neither a model of the arm nor what was learned beside it explains; None without a model.
         module: what the safety module says; None if it has not answered for too long.
         sensor: whether there is a force sensor, or the bench may do without.
-        warning, fault: whether it warns of, or has found, a limit passed.
+        warning, fault: of which quantities it warns, and of which it has found a limit passed; "" of none.
         trouble: why the drives cannot make what is asked for, "" if they can.
         foreign_torque: whether somebody else sent torques on the bus.
         watched: whether the watchdog is there, awake and content; `watchdog_silent` if it has fallen silent.
@@ -78,8 +78,8 @@ class Seen(Record):
         unmodelled: Vector | None = None,
         module: Module | None = Module.ACTIVE,
         sensor: bool = True,
-        warning: bool = False,
-        fault: bool = False,
+        warning: str = "",
+        fault: str = "",
         trouble: str = "",
         foreign_torque: bool = False,
         watched: bool = True,

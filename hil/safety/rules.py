@@ -280,11 +280,12 @@ def module_agrees(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
     if seen.module is Module.ESTOP:
         return Trip("module_agrees", Reaction.SILENCE, "emergency stop")
     if seen.fault:
-        return Trip("module_agrees", Reaction.RELEASE, "the safety module found a limit passed")
+        return Trip("module_agrees", Reaction.RELEASE, f"the safety module found a limit passed: {seen.fault}")
     if seen.module is Module.IDLE and state.armed_ns is not None:
-        return Trip("module_agrees", Reaction.RELEASE, "the safety module is idle")
+        words = "the safety module is idle" + (f", after it warned of {seen.warning}" if seen.warning else "")
+        return Trip("module_agrees", Reaction.RELEASE, words)
     if seen.warning:
-        return Trip("module_agrees", Reaction.REDUCE, "the safety module warns")
+        return Trip("module_agrees", Reaction.REDUCE, f"the safety module warns of {seen.warning}")
     return None
 
 

@@ -136,7 +136,8 @@ class Opened:
         Args:
             refused: what the machine did not permit.
         """
-        summary, pilot = self.loop.summary, self.pilot
+        summary, pilot, heartbeat = self.loop.summary, self.pilot, self.loop.heartbeat
+        silent_ns = summary.cycle_gap_ns if heartbeat is None else heartbeat.longest_ns
         if self.armed and not pilot.is_armed:
             summary.faults.append(f"the arm could not be armed: {self.refusal}")
         return {
@@ -154,7 +155,8 @@ class Opened:
             "largest_gap_ms": {
                 "cycles": round(summary.cycle_gap_ns * 1e-6, 3),
                 "torque_frames": round(summary.torque_gap_ns * 1e-6, 3),
-                "limit": round(self.settings.limits.stall_s * 1e3 + self.settings.limits.period_ns * 1e-6, 3),
+                "signs": round(silent_ns * 1e-6, 3),
+                "limit": self.settings.limits.stall_s * 1e3,
             },
             "without": list(self.settings.waived),
         }

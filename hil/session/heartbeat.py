@@ -29,6 +29,8 @@ class Heartbeat:
         self._numbers = memoryview(self._memory).cast("q")
         # After so long (ns) without a sign of the watchdog the loop lets the arm go.
         self.limit_ns = LIMIT_NS
+        # The longest time (ns) between two beats of this side's loop: what the watchdog has waited for.
+        self.longest_ns = 0
         # The process that watches, where this is the loop's side.
         self.watchdog: subprocess.Popen[str] | None = None
 
@@ -42,6 +44,7 @@ class Heartbeat:
 
     def beat(self, time_ns: int) -> None:
         """Say that the loop is alive."""
+        self.longest_ns = max(self.longest_ns, time_ns - (self.last_ns or time_ns))
         self._numbers[_BEAT] = time_ns
 
     def beat_and_look(self, time_ns: int) -> bool:
@@ -81,6 +84,13 @@ class Heartbeat:
     def is_watched(self) -> bool:
         """Whether the watchdog is there, and content."""
         return not self.tripped_ns and (self.watchdog is None or self.watchdog.poll() is None)
+
+    def stood_still(self, time_ns: int) -> str:
+        """Words on a loop that gave no sign for too long; "" if it always did."""
+        self.beat(time_ns)
+        return (
+            f" (the session stood still for {self.longest_ns * 1e-6:.3g} ms)" if self.longest_ns > self.limit_ns else ""
+        )
 
     def finish(self) -> None:
         """Say that the session has ended in good order."""

@@ -9,7 +9,7 @@ from hil.codecs.frame import Frame, Timed
 from hil.control.pilot import CycleInput, Decision, Pilot
 from hil.control.timing import Lateness
 from hil.recording.recorder import Recorder
-from hil.safety.rules import not_aborted, recorded
+from hil.safety.rules import not_aborted, recorded, watched
 from hil.session.heartbeat import Heartbeat
 from hil.view.window import Window
 
@@ -110,6 +110,8 @@ class Loop:
         words = self.pilot.told(trip)
         if trip.rule == recorded.__name__ and self.recorder is not None and self.recorder.trouble:
             words = f"{words} ({self.recorder.trouble})"
+        if trip.rule == watched.__name__ and self.heartbeat is not None:
+            words += self.heartbeat.stood_still(self.wire.now())
         if words not in self.summary.faults:
             self.summary.faults.append(words)
 

@@ -89,7 +89,8 @@ _CHANGES = (
     lambda r, s, t: {"unmodelled": _poisoned(r, (0.0, 0.0))},
     lambda r, s, t: {"force_missing_ns": int(r.integers(10**9)), "force": (1.0, 2.0, 3.0)},
     lambda r, s, t: {"module": _MODULES[r.integers(len(_MODULES))]},
-    lambda r, s, t: {str(r.choice(["warning", "fault", "foreign_torque", "abort", "end", "arm"])): True},
+    lambda r, s, t: {str(r.choice(["foreign_torque", "abort", "end", "arm"])): True},
+    lambda r, s, t: {str(r.choice(["warning", "fault"])): "velocity"},
     lambda r, s, t: {str(r.choice(["recording", "watched"])): False},
 )
 

@@ -70,7 +70,7 @@ def test_a_bench_file_that_waives_a_safeguard_halves_the_limits_and_says_so_ever
     assert (half.limits.power, half.limits.energy) == (0.5 * whole.limits.power, 0.5 * whole.limits.energy)
     assert warning(half.waived) == "WITHOUT SAFETY MODULE: limits are halved"
     assert warning(whole.waived) == ""
-    gap = {"cycles": 1, "torque_frames": 1, "limit": 27}
+    gap = {"cycles": 1, "torque_frames": 1, "signs": 1, "limit": 25}
     document = {"largest_gap_ms": gap, "round_trip_us": {"p50": 1, "max": 2}, "without": [MODULE]}
     assert "without safety module, with halved limits" in gaps(document)
 

@@ -147,8 +147,8 @@ def test_an_arm_that_only_the_pendant_keeps_from_being_armed_is_not_said_to_be_r
             "watched: the watchdog has fallen silent",
         ),
         (
-            Trip("module_agrees", Reaction.RELEASE, "the safety module found a limit passed"),
-            "module_agrees: the safety module found a limit passed; press Activate on the pendant",
+            Trip("module_agrees", Reaction.RELEASE, "the safety module found a limit passed: heartbeat"),
+            "module_agrees: the safety module found a limit passed: heartbeat; press Activate on the pendant",
         ),
     ],
 )

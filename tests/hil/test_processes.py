@@ -18,6 +18,7 @@ from hil.barrett.start_up import start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import MOST_DRAINED, Wire, open_wire
 from hil.codecs.frame import Frame, Timed, parse_frame
+from hil.control.pilot import Decision
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.robots import proficio
@@ -160,6 +161,27 @@ def test_a_session_whose_watchdog_was_killed_lets_the_arm_go() -> None:
     heartbeat.remove()
     assert [fault.split(":")[0] for fault in summary.faults] == ["watched"]
     assert summary.cycles <= 602
+
+
+def test_a_session_that_its_watchdog_let_go_says_how_long_it_stood_still() -> None:
+    """By what the watchdog measures: 26 ms are too long for it, and within a period of that for the loop."""
+    bench, heartbeat = Bench(), Heartbeat.create()
+    pilot = bench.pilot()
+
+    def stall(start_ns: int, decision: Decision) -> None:
+        if pilot.cycle == 600:
+            bench.bus.time_ns = start_ns + 26_000_000
+            heartbeat.trip(bench.bus.time_ns)
+
+    def wishes() -> Wishes:
+        return Wishes(arm=pilot.cycle < 50, over=pilot.cycle > 1000)
+
+    summary = Loop(bench.wire, pilot, ExactTimer(bench), None, heartbeat, watch=stall).run(wishes)
+    assert heartbeat.longest_ns > heartbeat.limit_ns
+    heartbeat.remove()
+    assert summary.faults == [
+        "watched: the watchdog has let the arm go, or is gone (the session stood still for 26 ms)"
+    ]
 
 
 @pytest.mark.parametrize("dry_run", [False, True])

@@ -37,8 +37,8 @@ ADVERSARIAL = st.fixed_dictionaries(
         "temperatures": st.lists(st.none() | NUMBER, max_size=3).map(tuple),
         "unmodelled": st.none() | ANY_VECTOR,
         "module": st.none() | st.sampled_from(Module),
-        "warning": st.booleans(),
-        "fault": st.booleans(),
+        "warning": st.sampled_from(["", "torque"]),
+        "fault": st.sampled_from(["", "velocity"]),
         "foreign_torque": st.booleans(),
         "recording": st.booleans(),
         "watched": st.booleans(),
@@ -131,7 +131,7 @@ def test_the_controller_gets_its_torque_only_along_the_ramp() -> None:
         {"module": None},
         {"positions": (0.0, None)},
         {"force": (100.0, 0.0, 0.0)},
-        {"warning": True},
+        {"warning": "torque"},
     ],
 )
 def test_an_arm_with_something_wrong_cannot_be_armed(seen: dict) -> None:
@@ -229,8 +229,8 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
     ("module_agrees", lambda arm: arm.cycle(module=None), Reaction.RELEASE),
     ("module_agrees", lambda arm: arm.cycle(module=Module.ESTOP), Reaction.SILENCE),
     ("module_agrees", lambda arm: arm.cycle(module=Module.IDLE), Reaction.RELEASE),
-    ("module_agrees", lambda arm: arm.cycle(fault=True), Reaction.RELEASE),
-    ("module_agrees", lambda arm: arm.cycle(warning=True), Reaction.REDUCE),
+    ("module_agrees", lambda arm: arm.cycle(fault="torque"), Reaction.RELEASE),
+    ("module_agrees", lambda arm: arm.cycle(warning="torque"), Reaction.REDUCE),
     ("drives_ready", lambda arm: arm.cycle(trouble="drive 2 has a fault"), Reaction.RELEASE),
     ("alone_on_the_bus", lambda arm: arm.cycle(foreign_torque=True), Reaction.RELEASE),
     ("watched", lambda arm: arm.cycle(watched=False), Reaction.RELEASE),
@@ -525,7 +525,7 @@ def test_while_in_doubt_half_the_torque_is_left_and_then_it_comes_back_along_the
     arm, given = Arm().armed(), {"asked": (4.0, 0.0), "support": (2.0, 0.0)}
     # Two cycles first: in one the torque could not grow further than to what is expected then.
     assert arm.cycles(2, **given).torques == pytest.approx((6.0, 0.0))
-    assert arm.cycles(3, **given, warning=True).torques == pytest.approx((4.0, 0.0))
+    assert arm.cycles(3, **given, warning="torque").torques == pytest.approx((4.0, 0.0))
     step = PERIOD_S / LIMITS.ramp_s
     for k in range(1, 40):
         left = min(LIMITS.reduced + k * step, 1.0)
@@ -536,7 +536,7 @@ def test_doubt_on_the_ramp_neither_stops_it_nor_makes_it_steeper_but_ends_it_at_
     arm, step = Arm(), PERIOD_S / LIMITS.ramp_s
     arm.cycle(arm=True, asked=(2.0, 0.0))
     for k in range(1, 60):
-        found = arm.cycle(asked=(2.0, 0.0), warning=True)
+        found = arm.cycle(asked=(2.0, 0.0), warning="torque")
         assert found.torques == pytest.approx((2.0 * min(k * step, LIMITS.reduced), 0.0))
 
 
@@ -547,7 +547,7 @@ def test_no_torque_grows_while_the_arm_gives_way(ramped: int, doubted: int) -> N
     arm, asked = Arm(replace(LIMITS, ramp_s=0.1)), (2.0, -2.5)
     arm.cycle(arm=True, asked=asked)
     for k in range(ramped + doubted):
-        arm.cycle(asked=asked, warning=k >= ramped)
+        arm.cycle(asked=asked, warning="torque" if k >= ramped else "")
     last = [abs(torque) for torque in arm.state.active]
     for _ in range(60):
         outcome = arm.cycle(asked=asked, abort=True)

@@ -96,9 +96,9 @@ def trip_of(rule: str, changes: dict[str, Any], limits: Limits = LIMITS) -> Trip
         ("module_agrees", {"n_module": Module.IDLE}, PASS),  # an arm that is not armed may be idle
         ("module_agrees", {"n_module": Module.IDLE, "s_armed_ns": 0}, RELEASE),
         ("module_agrees", {"n_module": None}, RELEASE),
-        ("module_agrees", {"n_module": Module.ESTOP, "n_fault": True}, Reaction.SILENCE),
-        ("module_agrees", {"n_fault": True, "n_warning": True}, RELEASE),
-        ("module_agrees", {"n_warning": True}, REDUCE),
+        ("module_agrees", {"n_module": Module.ESTOP, "n_fault": "torque"}, Reaction.SILENCE),
+        ("module_agrees", {"n_fault": "torque", "n_warning": "velocity"}, RELEASE),
+        ("module_agrees", {"n_warning": "velocity"}, REDUCE),
         ("drives_ready", {"n_trouble": "drive 2 has a fault"}, RELEASE),
         ("drives_ready", {"n_trouble": ""}, PASS),
         ("alone_on_the_bus", {"n_foreign_torque": True}, RELEASE),

@@ -222,6 +222,23 @@ def test_idle_on_the_pendant_lets_the_arm_go() -> None:
     assert bench.robot.safety.mode is Mode.IDLE
 
 
+@pytest.mark.parametrize("cycle", range(600, 606))
+def test_a_module_that_lets_the_arm_go_says_of_which_limit_it_warned(cycle: int) -> None:
+    """Whether its mode or its pendant is heard first."""
+    bench = Bench()
+    pilot = bench.pilot()
+
+    def pass_limits(now: int) -> None:
+        if now in (300, cycle):  # no speed is below them
+            bench.robot.safety.values["VL1" if now == 300 else "VL2"] = -1
+
+    (fault,) = bench.run(pilot, 2000, pass_limits).faults
+    assert fault in (
+        "module_agrees: the safety module is idle, after it warned of velocity",
+        "module_agrees: the safety module found a limit passed: velocity",
+    )
+
+
 def test_a_controller_of_ones_own_that_fails_leaves_no_torque() -> None:
     class Broken(Passive):
         def torque(self, observed):  # type: ignore[no-untyped-def]

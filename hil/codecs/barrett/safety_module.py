@@ -86,6 +86,16 @@ def decode_pendant(value: int) -> Pendant:
     )
 
 
+def quantities(pendant: Pendant, level: Level) -> str:
+    """The watched quantities that are at a level, "" if none is.
+
+    Example:
+        >>> quantities(decode_pendant(0x0D3F124A), Level.WARNING)
+        'velocity'
+    """
+    return " and ".join([name for name in _LEVELS if getattr(pendant, name) is level])
+
+
 def encode_pendant(pendant: Pendant) -> int:
     """Value of the property PEN, as a signed 32-bit number; unused bits are 0.
 
