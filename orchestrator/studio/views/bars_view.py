@@ -5,9 +5,9 @@ from typing import Any
 from nicegui import events, run, ui
 
 from orchestrator.report.numbers import digits, quantity
-from orchestrator.report.palette import SURFACES, Colour
+from orchestrator.report.palette import Colour
 from orchestrator.studio.views.against import FREQUENCY, Bars, bars_against, bars_of_frequency, offered
-from orchestrator.studio.views.curve_options import titled
+from orchestrator.studio.views.curve_options import axis, titled
 from orchestrator.studio.views.link import SelectionLink
 from orchestrator.studio.views.parts import Latest, Words, legend, picture_frame, section
 
@@ -30,13 +30,7 @@ def bars_options(found: Bars, unit: str) -> dict[str, Any]:
             "nameTextStyle": text,
             "axisLabel": {**text, "interval": 0, "fontSize": 11, "lineHeight": 14},
         },
-        "yAxis": {
-            "type": "value",
-            "name": titled(f"residual of {found.signal}, rms", unit),
-            "nameTextStyle": {**text, "align": "left"},
-            "axisLabel": text,
-            "splitLine": {"lineStyle": {"color": SURFACES["rule"]}},
-        },
+        "yAxis": axis(titled(f"residual of {found.signal}, rms", unit), nameTextStyle={"align": "left"}),
         "series": [
             {
                 "type": "bar",

@@ -50,42 +50,32 @@ def titled(name: str, unit: str) -> str:
     return name if unit in ("", "1") else f"{name} ({unit})"
 
 
+def axis(name: str, **own: Any) -> dict[str, Any]:
+    """An axis of numbers in the colours of the page; dictionaries among its `own` options add to those that all have."""
+    ink = {"color": Colour.INK}
+    rule = {"lineStyle": {"color": SURFACES["rule"]}}
+    found: dict[str, Any] = {"type": "value", "name": name, "nameTextStyle": ink, "axisLabel": ink, "splitLine": rule}
+    return found | {k: {**found.get(k, {}), **v} if isinstance(v, dict) else v for k, v in own.items()}
+
+
 def _time_axis(data: ViewData, panel: int) -> dict[str, Any]:
     last = panel == 1
-    return {
-        "type": "value",
-        "gridIndex": panel,
-        "min": data.time.low,
-        "max": data.time.high,
-        "axisLabel": {
-            "show": last,
-            "color": Colour.INK,
-            "hideOverlap": True,
-            "showMinLabel": False,
-            "showMaxLabel": False,
-        },
-        "axisTick": {"show": last},
-        "axisLine": {"onZero": False, "lineStyle": {"color": Colour.OTHER}},
-        "splitLine": {"lineStyle": {"color": SURFACES["rule"]}},
-        "name": "time (s)" if last else "",
-        "nameLocation": "middle",
-        "nameGap": 24,
-        "nameTextStyle": {"color": Colour.INK},
-    }
+    return axis(
+        "time (s)" if last else "",
+        gridIndex=panel,
+        min=data.time.low,
+        max=data.time.high,
+        axisLabel={"show": last, "hideOverlap": True, "showMinLabel": False, "showMaxLabel": False},
+        axisTick={"show": last},
+        axisLine={"onZero": False, "lineStyle": {"color": Colour.OTHER}},
+        nameLocation="middle",
+        nameGap=24,
+    )
 
 
 def _value_axis(title: str, panel: int) -> dict[str, Any]:
-    return {
-        "type": "value",
-        "gridIndex": panel,
-        "name": title,
-        "nameLocation": "end",
-        "nameTextStyle": {"color": Colour.INK, "align": "left"},
-        "nameGap": 8,
-        "splitNumber": 5 if panel == 0 else 2,
-        "axisLabel": {"color": Colour.INK},
-        "splitLine": {"lineStyle": {"color": SURFACES["rule"]}},
-    }
+    pieces, left = (5, 2)[panel], {"align": "left"}
+    return axis(title, gridIndex=panel, nameLocation="end", nameTextStyle=left, nameGap=8, splitNumber=pieces)
 
 
 def _line(colour: str, width: float, opacity: float) -> dict[str, Any]:

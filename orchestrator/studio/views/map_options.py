@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from orchestrator.report.numbers import quantity
-from orchestrator.report.palette import SURFACES, Colour
-from orchestrator.studio.views.curve_options import titled
+from orchestrator.report.palette import Colour
+from orchestrator.studio.views.curve_options import axis, titled
 from orchestrator.studio.views.selection import Region
 from orchestrator.studio.views.state_map import STATISTICS, StateMap
 
@@ -67,18 +67,15 @@ def _entries(found: StateMap, statistic: str) -> tuple[list[list[float]], float]
 
 
 def _axis(name: str, unit: str, edges: np.ndarray, gap: int) -> dict[str, Any]:
-    return {
-        "type": "value",
-        "min": float(edges[0]),
-        "max": float(edges[-1]),
-        "name": titled(name, unit),
-        "nameLocation": "middle",
-        "nameGap": gap,
-        "nameTextStyle": {"color": Colour.INK},
-        "axisLabel": {"color": Colour.INK, "showMinLabel": False, "showMaxLabel": False, "hideOverlap": True},
-        "axisLine": {"show": True, "onZero": False, "lineStyle": {"color": Colour.OTHER}},
-        "splitLine": {"lineStyle": {"color": SURFACES["rule"]}},
-    }
+    return axis(
+        titled(name, unit),
+        min=float(edges[0]),
+        max=float(edges[-1]),
+        nameLocation="middle",
+        nameGap=gap,
+        axisLabel={"showMinLabel": False, "showMaxLabel": False, "hideOverlap": True},
+        axisLine={"show": True, "onZero": False, "lineStyle": {"color": Colour.OTHER}},
+    )
 
 
 def _frame(region: Region | None, found: StateMap) -> dict[str, Any]:
