@@ -37,7 +37,7 @@ def test_a_full_disk_of_the_cache_names_the_fmu_and_the_place(tmp_path: Path, mo
         raise OSError(28, "No space left on device")
 
     monkeypatch.setenv("MISFIT_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("orchestrator.cosim.fmu.unpacked.extract_fmu", full)
+    monkeypatch.setattr("fmus.archive.extract_fmu", full)
     with pytest.raises(MisfitError, match=r"none.*unpacked.*No space left.*MISFIT_CACHE"):
         unpacked(read_description(faulty_fmu(tmp_path, "none")))
     assert list((tmp_path / "cache" / "unpacked").iterdir()) == []
