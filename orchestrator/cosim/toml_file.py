@@ -1,7 +1,6 @@
 """Systems as TOML, read and written: the short form with one file a component, the long form with a table a component."""
 
-import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from math import isclose
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from orchestrator.cosim.built import built_fmu
 from orchestrator.cosim.kinds import OPTIONS, kinds
 from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System, split_address
 from orchestrator.cosim.values import value_of
-from orchestrator.measurements.toml_values import TomlTable
+from orchestrator.measurements.toml_values import TomlTable, toml_key, toml_literal, toml_pairs
 from orchestrator.measurements.wording import nearest, shown
 
 # A component that is built from Modelica when the file is read, and an FMU from then on.
@@ -169,12 +168,12 @@ def write_toml(system: System) -> str:
             none of TOML.
     """
     _check_units(system)
-    lines = [f"name = {_literal(system.name)}", ""]
+    lines = [f"name = {toml_literal(system.name)}", ""]
     run = system.run
     pairs = {"start": run.start, "stop": run.stop, "step": run.step, "master": run.master, "tolerance": run.tolerance}
     lines += [
         "[run]",
-        *_pairs(
+        *toml_pairs(
             {
                 k: v
                 for k, v in {**pairs, "options": dict(run.options), "nan": dict(run.nan)}.items()
@@ -191,12 +190,12 @@ def write_toml(system: System) -> str:
             for k, v in {**table, **spec.options, "parameters": parameters, "units": dict(spec.units)}.items()
             if v not in (None, "", {})
         }
-        lines += ["", f"[components.{_key(name)}]", *_pairs(table)]
+        lines += ["", f"[components.{toml_key(name)}]", *toml_pairs(table)]
     for title, mapping in (("inputs", system.inputs), ("outputs", system.outputs), ("units", system.units)):
         if mapping:
-            lines += ["", f"[{title}]", *_pairs(mapping)]
+            lines += ["", f"[{title}]", *toml_pairs(mapping)]
     for connection in system.connections:
-        lines += ["", "[[connections]]", *_pairs(_connection_table(connection))]
+        lines += ["", "[[connections]]", *toml_pairs(_connection_table(connection))]
     return "\n".join(lines) + "\n"
 
 
@@ -227,27 +226,3 @@ def _connection_table(connection: Connection) -> dict[str, Any]:
     if connection.mapping:
         table["mapping"] = connection.mapping
     return table if connection.convert else {**table, "convert": False}
-
-
-def _pairs(table: Mapping[str, Any]) -> list[str]:
-    return [f"{_key(key)} = {_literal(value)}" for key, value in table.items()]
-
-
-def _key(key: str) -> str:
-    return key if key.isascii() and key.replace("_", "").replace("-", "").isalnum() else _literal(key)
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(_pairs(value)) + " }" if value else "{}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(_literal(each) for each in value)}]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, int | float):
-        return repr(value)
-    if hasattr(value, "tolist"):  # NumPy's numbers and arrays
-        return _literal(value.tolist())
-    raise MisfitError(f"{shown(value)} cannot be written as TOML")

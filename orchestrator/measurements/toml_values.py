@@ -1,5 +1,6 @@
-"""Typed reading of TOML values, where a wrong one is named with the file and the key."""
+"""Typed reading of TOML values, where a wrong one is named with the file and the key, and writing of them."""
 
+import json
 import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
@@ -143,3 +144,46 @@ def number(value: object) -> float | None:
     except OverflowError:
         return None
     return converted if math.isfinite(converted) else None
+
+
+def toml_pairs(table: Mapping[str, Any]) -> list[str]:
+    """Write a table, a line for each key.
+
+    Example:
+        >>> toml_pairs({"q 1": "rad", "step": 0.5, "stops": {"low": [1, 2]}})
+        ['"q 1" = "rad"', 'step = 0.5', 'stops = { low = [1, 2] }']
+    """
+    return [f"{toml_key(key)} = {toml_literal(value)}" for key, value in table.items()]
+
+
+def toml_key(key: str) -> str:
+    """Write a key, in quotes where it has to be."""
+    return key if key.isascii() and key.replace("_", "").replace("-", "").isalnum() else toml_literal(key)
+
+
+def toml_literal(value: Any) -> str:
+    """Write a value.
+
+    Raises:
+        MisfitError: if TOML has no such values.
+
+    Example:
+        >>> import numpy as np
+        >>> toml_literal([np.float64(0.5), np.arange(2)])
+        '[0.5, [0, 1]]'
+    """
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(toml_pairs(value)) + " }" if value else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(toml_literal(each) for each in value)}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return repr(value)
+    if isinstance(value, float):
+        return repr(float(value))  # NumPy's own say their type
+    if hasattr(value, "tolist"):  # NumPy's numbers and arrays
+        return toml_literal(value.tolist())
+    raise MisfitError(f"{shown(value)} cannot be written as TOML")

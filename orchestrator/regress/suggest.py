@@ -6,6 +6,7 @@ from typing import Any
 
 from orchestrator.cosim.component import Port
 from orchestrator.cosim.system import Value
+from orchestrator.measurements.toml_values import toml_literal, toml_pairs
 from orchestrator.regress.case import Case, Stimulus
 from orchestrator.regress.coverage import ModelCoverage, cover, ports_of
 from orchestrator.regress.outcome import Outcome
@@ -35,13 +36,9 @@ class Suggestion:
             f"run = {{ stop = {self.stop:g} }}",
         ]
         if self.parameters:
-            given = ", ".join(f'"{name}" = {value!r}' for name, value in self.parameters.items())
-            lines.append(f"parameters = {{ {given} }}")
+            lines.append(f"parameters = {toml_literal(self.parameters)}")
         if self.inputs:
-            lines.append("[case.inputs]")
-            for name, wave in self.inputs.items():
-                parts = ", ".join(f"{k} = {_toml(v)}" for k, v in wave.items())
-                lines.append(f'"{name}" = {{ {parts} }}')
+            lines += ["[case.inputs]", *toml_pairs(self.inputs)]
         return "\n".join(lines)
 
     def to_json(self) -> dict[str, Any]:
@@ -152,7 +149,3 @@ def _or(value: float | None, otherwise: float) -> float:
 def _told(case: Case, goals: tuple[str, ...], stop: float, number: int) -> Suggestion:
     parameters = {name: float(value.value) for name, value in case.parameters.items()}
     return Suggestion(f"suggested {number}", goals, dict(case.stimulus.signals), parameters, case.stop or stop)
-
-
-def _toml(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else repr(float(value))

@@ -1,6 +1,5 @@
 """Write a plan: the case.toml, and copies of files that lie elsewhere."""
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,16 +9,17 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator.measurements.dirty.plan import Plan, times_of
 from orchestrator.measurements.dirty.reading import Reading
+from orchestrator.measurements.toml_values import toml_literal, toml_pairs
 
 MADE = "# Written by `misfit import`; change it as you like."
 
 
 def case_text(plan: Plan, names: Sequence[str]) -> str:
     """Write a plan as a case.toml; `names` are those of the files in its folder, in the order of the plan."""
-    lines = [MADE, f"files = {_value(list(names))}", *_split(plan)]
+    lines = [MADE, f"files = {toml_literal(list(names))}", *_split(plan)]
     rates = [file.rate_hz for file in plan.files if file.reading.time_kind == "counted"]
     if rates:
-        lines += ["", "[sampling]", f"rate_hz = {_value(rates[0])}"]
+        lines += ["", "[sampling]", f"rate_hz = {toml_literal(rates[0])}"]
     lines += _table("columns", plan.units)
     lines += _table("variables", plan.variable_of)
     lines += _table("interpolation", plan.interpolation)
@@ -28,7 +28,7 @@ def case_text(plan: Plan, names: Sequence[str]) -> str:
     lines += _table("reading", common)
     for name, reading in zip(names, readings, strict=True):
         other = {k: v for k, v in reading.items() if v != common.get(k, _default(k))}
-        lines += _table(f"reading.files.{_value(name)}", other)
+        lines += _table(f"reading.files.{toml_literal(name)}", other)
     return "\n".join(lines) + "\n"
 
 
@@ -43,8 +43,8 @@ def _split(plan: Plan) -> list[str]:
     if number > 1:
         held_out = list(plan.held_out) or list(range(number - math.ceil(number / 3) + 1, number + 1))
         return [
-            f"learning = {_value([n for n in range(1, number + 1) if n not in held_out])}",
-            f"held_out = {_value(held_out)}",
+            f"learning = {toml_literal([n for n in range(1, number + 1) if n not in held_out])}",
+            f"held_out = {toml_literal(held_out)}",
         ]
     time = times[0]
     start, stop = float(time[0]), float(time[-1] + (time[-1] - time[-2]))
@@ -52,23 +52,13 @@ def _split(plan: Plan) -> list[str]:
     if len(late) < 2 or len(time) - len(late) < 2:
         return ["learning = [1]", "held_out = []"]
     cut, start, stop = (float(f"{value:.12g}") for value in (late[0], start, stop))
-    return [f"learning_window_s = {_value([start, cut])}", f"held_out_window_s = {_value([cut, stop])}"]
+    return [f"learning_window_s = {toml_literal([start, cut])}", f"held_out_window_s = {toml_literal([cut, stop])}"]
 
 
 def _table(name: str, values: Mapping[str, Any]) -> list[str]:
     if not values:
         return []
-    return ["", f"[{name}]", *(f"{_key(key)} = {_value(value)}" for key, value in values.items())]
-
-
-def _key(text: str) -> str:
-    plain = text.replace("_", "").replace("-", "")
-    return text if plain.isascii() and plain.isalnum() else _value(text)
-
-
-def _value(value: Any) -> str:
-    """A TOML value; JSON writes strings, numbers and lists of them the same way."""
-    return json.dumps(value, ensure_ascii=False)
+    return ["", f"[{name}]", *toml_pairs(values)]
 
 
 CASE = "case.toml"
