@@ -102,7 +102,8 @@ class Layout:
     def _states(self) -> list[Scalar]:
         """A start that follows from something is only a proposal, or a guess: what it follows from may change first."""
         known = start_structure(self.system).known
-        starts = np.array(self.system.initial(_defaults(self.system))).ravel()
+        defaults = [math.nan if p.start is None else p.start for p in self.system.parameters]
+        starts = np.array(self.system.initial(defaults)).ravel()
         return [
             Scalar(
                 replace(v, start=float(start)),
@@ -152,7 +153,3 @@ def _per_second(unit: str) -> str:
     if denominator == "s":
         return f"{numerator}/s2"
     return f"{numerator}/({denominator.strip('()')}.s)"
-
-
-def _defaults(system: SymbolicSystem) -> list[float]:
-    return [math.nan if p.start is None else p.start for p in system.parameters]

@@ -96,7 +96,7 @@ def _content_findings(folder: Path) -> list[str]:
     missing = _missing_sources(folder, description)
     findings = [f"source file {name!r} is listed but missing" for name in missing]
     for interface in interfaces:
-        if not any((folder / "binaries").glob("*/*")) and not _has_sources(folder):
+        if not any((folder / "binaries").glob("*/*")) and not any((folder / "sources").glob("*.c*")):
             findings.append(f"no binary of {interface.modelIdentifier!r} for any platform and no sources")
     findings += check_units(description)
     findings += check_terminals(folder, description)
@@ -182,10 +182,6 @@ def _binary(folder: Path, description: Any, interface: Any) -> Path:
 
     name = f"{interface.modelIdentifier}{sharedLibraryExtension}"
     return Path(folder / "binaries" / _platform(description) / name)
-
-
-def _has_sources(folder: Path) -> bool:
-    return any((folder / "sources").glob("*.c*"))
 
 
 def _missing_sources(folder: Path, description: Any) -> list[str]:

@@ -102,10 +102,10 @@ def learn_missing(
 
 
 def _block(latents: Latents, kept: Sequence[Observation], inputs: dict[str, str], units: dict[str, str]) -> Block:
-    outputs = [
-        Output(each.name + MISSING, units[each.name], tuple(_term(each.name, name) for name in each.coefficients))
-        for each in kept
-    ]
+    outputs = []
+    for each in kept:
+        terms = (Term(name, 1.0, name.removeprefix(each.name).removeprefix(":")) for name in each.coefficients)
+        outputs.append(Output(each.name + MISSING, units[each.name], tuple(terms)))
     return Block(condition(latents, kept), inputs, outputs, tuple(kept))
 
 
@@ -128,10 +128,6 @@ def cross_validation(block: Block, trials: Sequence[BoundTrial], of_row: NDArray
         made = replace(block, posterior=condition(block.posterior.latents, rest), observations=rest)
         found.append((made, [trials[k] for k in left_out]))
     return found
-
-
-def _term(output: str, function: str) -> Term:
-    return Term(function, 1.0, function.removeprefix(output).removeprefix(":"))
 
 
 def _shared(block: Block, judgement: Judgement) -> Block | None:

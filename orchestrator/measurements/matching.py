@@ -41,12 +41,11 @@ def match_columns(columns: Sequence[str], variables: Mapping[str, str], names: S
                 f"column {shown(column)} is mapped to {shown(variable)}, which is no input or output of the model"
             )
     free = [column for column in columns if column not in variables]
-    for same in (_equal, _same):
-        for name in names:
-            left = [column for column in free if column not in column_of.values()]
-            found = same(name, left)
-            if found is not None:
-                column_of.setdefault(name, found)
+    column_of |= {name: name for name in names if name in free and name not in column_of}
+    for name in names:
+        found = _same(name, [column for column in free if column not in column_of.values()])
+        if found is not None:
+            column_of.setdefault(name, found)
     for column in [column for column in free if column not in column_of.values()]:
         inside = _inside_a_component(column, names)
         if inside is not None and inside not in column_of:
@@ -63,10 +62,6 @@ def spelling(name: str) -> str:
         ('alpha_1', 'arm_q_1_2')
     """
     return re.sub(r"\W+", "_", name).strip("_")
-
-
-def _equal(name: str, candidates: Sequence[str]) -> str | None:
-    return name if name in candidates else None
 
 
 def _same(name: str, candidates: Sequence[str]) -> str | None:

@@ -102,7 +102,8 @@ def page(outcomes: Sequence[Outcome]) -> str:
         Section("All comparisons", tables=_comparisons(outcomes)),
     ]
     made = (("misfit", version("misfit-fmu")), ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")))
-    sections.append(Section("Provenance", pairs=(*made, *_models(outcomes))))
+    models = ((each.name, f"sha256 {each.model_sha256}") for each in outcomes if each.model_sha256)
+    sections.append(Section("Provenance", pairs=(*made, *models)))
     return render(Page("Regression tests", verdict, None, tuple(sections), facts=_facts(outcomes)))
 
 
@@ -154,7 +155,3 @@ def _comparisons(outcomes: Sequence[Outcome]) -> tuple[PageTable, ...]:
             rows.append((outcome.name, "", whole.check, "passed" if whole.passed else "failed", "", "", whole.reason))
     headings = ("case", "signal", "check", "verdict", "tolerance", "would have passed", "what was found")
     return (PageTable("Comparisons", headings, tuple(rows)),) if rows else ()
-
-
-def _models(outcomes: Sequence[Outcome]) -> tuple[tuple[str, str], ...]:
-    return tuple((each.name, f"sha256 {each.model_sha256}") for each in outcomes if each.model_sha256)

@@ -48,7 +48,9 @@ def system_of(case: Case, model: str = "") -> System:
         raise MisfitError(f"{case.name}: the run would end at {stop:g} s, but begins at {start:g} s; give a later stop")
     step = case.step or system.run.step or (stop - start) / _DEFAULT_STEPS
     if case.step is None and system.run.step is None:
-        step = min((each for each in map(_own_step, _described(system)) if each), default=step)
+        described = [describe(spec, system.folder) for spec in system.components.values()]
+        own = [getattr(each, "own_step", None) or getattr(each, "step", None) for each in described]
+        step = min((each for each in own if each), default=step)
     if not (stop - start) / step <= _MOST_STEPS:
         raise MisfitError(f"{case.name}: {(stop - start) / step:.2g} steps of {step:g} s; give a longer step in [run]")
     master = case.master or system.run.master
@@ -97,14 +99,6 @@ def waves_of(case: Case, start: float, stop: float, step: float) -> dict[str, tu
     return found
 
 
-def _described(system: System) -> list[object]:
-    return [describe(spec, system.folder) for spec in system.components.values()]
-
-
-def _own_step(described: object) -> float | None:
-    return getattr(described, "own_step", None) or getattr(described, "step", None)
-
-
 def _with_interface(system: System, interface: str) -> System:
     for spec in list(system.components.values()):
         if spec.kind == "fmu":
@@ -129,7 +123,7 @@ def driven(system: System, waves: dict[str, tuple[Wave, str]]) -> System:
     ports, connections, inputs = [], [], dict(system.inputs)
     for name, (_, unit) in waves.items():
         targets = inputs.pop(name, None) or (_address(system, name),)
-        inputs.pop(_array_of(name), None)
+        inputs.pop(name.partition("[")[0], None)
         port = _target(system, targets[0])
         ports.append(
             Port(name, "output", port.type, unit=unit or port.unit, si=None if unit else port.si, items=port.items)
@@ -141,12 +135,7 @@ def driven(system: System, waves: dict[str, tuple[Wave, str]]) -> System:
     drive = ComponentSpec(DRIVE, "python", SOURCE, options={"arguments": arguments})
     # First, so that what it drives gets the values of the instant.
     components = {DRIVE: drive, **system.components}
-    kept = {name: targets for name, targets in inputs.items()}
-    return replace(system, components=components, connections=(*system.connections, *connections), inputs=kept)
-
-
-def _array_of(name: str) -> str:
-    return name.partition("[")[0]
+    return replace(system, components=components, connections=(*system.connections, *connections), inputs=inputs)
 
 
 def _target(system: System, address: str) -> Port:

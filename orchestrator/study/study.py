@@ -150,14 +150,10 @@ def run_study(seeds: tuple[int, ...], draws: int, caregivers: int, work: Work, s
     growths = tuple(
         _grown(case, draws, work, say)
         for case in cases
-        if case.limit == LIMITS[0] and _is_drawn(case.variant, case.initial)
+        if case.limit == LIMITS[0] and (case.variant, case.initial) in GROWTHS
     )
     count = len(next(iter(collected.values())))
     return Study(count, seeds, draws, {place: _errors(each) for place, each in collected.items()}, cases, growths)
-
-
-def _is_drawn(variant: str, initial: str) -> bool:
-    return (variant, initial) in GROWTHS
 
 
 def _errors(corrections: Corrections) -> tuple[Errors, Errors]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.addresses import Element, resolve
-from orchestrator.cosim.compatible import Transfer, transfer, unit_of, unit_scaling
+from orchestrator.cosim.compatible import transfer, unit_of, unit_scaling
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.swap.report import Difference, Match, SwapReport
 from orchestrator.cosim.system import Connection
@@ -212,11 +212,7 @@ def _conversion(old: Port, new: Port, elements: list[Element]) -> tuple[str, str
         found = transfer(source, target, Connection("", ""))
     except MisfitError as error:
         return "", str(error)
-    return _told(found), ""
-
-
-def _told(found: Transfer) -> str:
-    return ", ".join(found.notes)
+    return ", ".join(found.notes), ""
 
 
 def _shown(port: Port) -> bool:

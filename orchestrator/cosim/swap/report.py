@@ -155,14 +155,11 @@ def mapping_text(report: SwapReport) -> str:
         if match.old != match.new:
             remark = "  # by similarity: please check" if match.how == "similar" else ""
             lines.append(f"{_key(match.old)} = {json.dumps(match.new)}{remark}")
-    lines += [f'{_key(name)} = ""  # missing: give a name, or leave it out like this' for name, *_ in _wanted(report)]
+    missing = [name for name, *_, wanted in report.missing if wanted]
+    lines += [f'{_key(name)} = ""  # missing: give a name, or leave it out like this' for name in missing]
     return "\n".join(lines) + "\n"
 
 
 def _key(name: str) -> str:
     plain = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
     return name if plain else json.dumps(name, ensure_ascii=False)
-
-
-def _wanted(report: SwapReport) -> list[tuple[str, str, str, str]]:
-    return [each for each in report.missing if each[3]]

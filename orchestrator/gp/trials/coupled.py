@@ -52,7 +52,8 @@ def write_coupled(
     _write(folder / "system.toml", write_toml(system))
     for trial in trials:
         stem = Path(trial.name).stem
-        driven = [name for name in system.inputs if name in _moving(model, trial)]
+        moving = {v.name for k, v in enumerate(model.system.inputs) if np.any(trial.inputs[:, k] != (v.start or 0.0))}
+        driven = [name for name in system.inputs if name in moving]
         _write(folder / f"{stem}.csv", _samples(model, trial, driven))
         start = judgement.after.starts.get(trial.name, {}) if judgement else {}
         _write(folder / f"{stem}.toml", write_toml(_along(system, trial, stem, driven, start)))
@@ -107,11 +108,6 @@ def _samples(model: SymbolicModel, trial: BoundTrial, driven: Sequence[str]) -> 
     lines = [",".join(("time", *driven, *model.signals))]
     lines += [",".join(f"{value:.12g}" for value in row) for row in np.column_stack(columns)]
     return "\n".join(lines) + "\n"
-
-
-def _moving(model: SymbolicModel, trial: BoundTrial) -> set[str]:
-    """Inputs that are not at their start value all the time."""
-    return {v.name for k, v in enumerate(model.system.inputs) if np.any(trial.inputs[:, k] != (v.start or 0.0))}
 
 
 def _name(model: SymbolicModel, place: Place) -> str:

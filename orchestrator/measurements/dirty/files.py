@@ -58,7 +58,7 @@ def find_file(path: Path, rate_hz: float | None = None, time: str | None = None)
     if not content:
         raise MisfitError(f"{path}: the file is empty; expected column names and rows of numbers")
     typed = path.suffix.lower() in TYPED_ENDINGS
-    sniffed, stamps, cells = (_typed(path), [], []) if typed else _text(path, content)
+    sniffed, stamps, cells = (Sniffed(Reading(), ()), [], []) if typed else _text(path, content)
     table = read_any_table(path, content, sniffed.reading)
     values = {name: table.values[:, place] for place, name in enumerate(table.names)}
     units = {**table.units, **sniffed.units}
@@ -78,10 +78,6 @@ def find_file(path: Path, rate_hz: float | None = None, time: str | None = None)
     reading = replace(reading, bridge_up_to_s=_longest_bridge(table, reading))
     notes = (*notes, *table.notes)
     return FoundFile(path, reading, columns, {n: units[n] for n in columns if n in units}, rate, notes)
-
-
-def _typed(path: Path) -> Sniffed:
-    return Sniffed(Reading(), ())
 
 
 def _text(path: Path, content: bytes) -> tuple[Sniffed, list[str], list[list[str]]]:

@@ -59,7 +59,8 @@ def sniff(path: Path, content: bytes) -> Sniffed:
     texts = _text_columns(lines, separator, decimal, width)
     first = _first_line(path, lines, separator, decimal, width, texts)
     names_line, units_line = _header_lines(lines[: first - 1], separator, decimal, width)
-    reading = Reading(encoding, _name_of(separator), decimal, names_line, first)
+    named = next(name for name, sign in SEPARATORS.items() if sign == separator)
+    reading = Reading(encoding, named, decimal, names_line, first)
     if names_line:
         names = header_names(path, lines, reading)
         # Rows that end in a separator have an empty cell more than the header.
@@ -74,10 +75,6 @@ def sniff(path: Path, content: bytes) -> Sniffed:
     units = _units(names, split_line(COMMENT.sub("", lines[units_line - 1]), separator) if units_line else [])
     reading = _with_markers(lines, reading, width)
     return Sniffed(reading, names, units, _rate(lines[: first - 1]))
-
-
-def _name_of(separator: str) -> str:
-    return next(name for name, sign in SEPARATORS.items() if sign == separator)
 
 
 def _separator(path: Path, lines: Sequence[str]) -> tuple[str, str, int]:

@@ -151,7 +151,9 @@ def band(tolerance: Tolerance, reference: Signal) -> Band:
     """Return the band that a tolerance means around a reference, `reference` already cut to the compared window."""
     values = reference.values
     lowest, highest = float(values.min()), float(values.max())
-    exact = tolerance.absolute is None and reference.interpolation == "hold" and _whole(values)
+    exact = (
+        tolerance.absolute is None and reference.interpolation == "hold" and np.array_equal(values, np.round(values))
+    )
     absolute = 0.0 if exact else _absolute(tolerance, reference, max(abs(lowest), abs(highest)))
     relative_part = 0.0 if exact else tolerance.relative * (highest - lowest)
     stamps = max(abs(reference.time[0]), abs(reference.time[-1]))
@@ -187,10 +189,6 @@ def _absolute(tolerance: Tolerance, reference: Signal, largest: float) -> float:
         return tolerance.absolute
     size = largest if reference.nominal is None else abs(reference.nominal)
     return max(FLOOR, NOMINAL_SHARE * size)
-
-
-def _whole(values: np.ndarray) -> bool:
-    return bool(np.array_equal(values, np.round(values)))
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,8 @@ def _draw_curves(ax: "Axes", trial: TrialCurves, after: TrialCurves | None, name
     keep = thinned(trial.time.size)
     time = trial.time[keep]
     ax.plot(time, trial.measured[name][keep], color=Colour.MEASURED, linewidth=1.8, alpha=0.55, label="measured")
-    ax.plot(time, trial.modelled[name][keep], color=Colour.MODEL, linewidth=1.2, linestyle="--", label=_model(after))
+    model = "model" if after is None else "model as given"
+    ax.plot(time, trial.modelled[name][keep], color=Colour.MODEL, linewidth=1.2, linestyle="--", label=model)
     if after is not None:
         keep = thinned(after.time.size)
         ax.plot(
@@ -101,10 +102,6 @@ def _draw_residuals(ax: "Axes", trial: TrialCurves, after: TrialCurves | None, n
 
 def _residual(trial: TrialCurves, name: str) -> np.ndarray:
     return np.asarray(trial.measured[name] - trial.modelled[name])
-
-
-def _model(after: TrialCurves | None) -> str:
-    return "model" if after is None else "model as given"
 
 
 def _alt(comparison: Comparison, trial: TrialCurves, after: TrialCurves | None, signals: list[str]) -> str:
