@@ -79,7 +79,8 @@ def call(arena: Arena, symbol: str, arguments: Sequence[Value], parameter: Calla
         start, shift = _times(table, look)
         if action == "nextTimeEvent":
             return _next(table, ca.SX(arguments[1]), start, shift)
-        time, event = ca.SX(arguments[2]) - shift, ca.SX(arguments[3]) - shift
+        event = ca.SX(arguments[3]) - shift
+        time = ca.fmin(ca.SX(arguments[2]) - shift, event)  # what comes then has not come yet
         begun = event > start - shift
         if table.extrapolation == PERIODIC:
             # The next event lies in the present cycle, or ends it.

@@ -60,7 +60,8 @@ def test_a_time_table_jumps_at_its_events_and_nowhere_else(extrapolation: int, s
         found = call(model, "ModelicaStandardTables_CombiTimeTable_nextTimeEvent", [1, begin], look)  # type: ignore[arg-type]
         assert float(found) == pytest.approx(event)
         begin = event
-    for time, event, value in ((0.5, 0.5, 1.0), (0.5, 1.0, 3.0), (0.6, 1.0, 2.8)):
+    # Where an integrator has gone too far it meets the value of the event, as in the library's C code.
+    for time, event, value in ((0.5, 0.5, 1.0), (0.7, 0.5, 1.0), (0.5, 1.0, 3.0), (0.6, 1.0, 2.8)):
         found = call(model, "ModelicaStandardTables_CombiTimeTable_getValue", [1, 1, time, event, event], look)  # type: ignore[arg-type]
         assert float(found) == pytest.approx(value)
 
