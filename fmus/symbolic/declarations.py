@@ -46,6 +46,8 @@ class Declarations:
         for index, variable in enumerate(arena.variables):
             if variable["role"] in ("parameter", "constant"):
                 self._parameter(index)
+            elif variable["role"] == "input" and variable["attributes"]["binding"] is not None:
+                self._record(variable, scalars(self.values[index]), self._given(variable))
         for index in self.memory.branches:
             self._held(index)
 
@@ -75,6 +77,21 @@ class Declarations:
                     f"{self._at(variable)}{variable['name']} is a {role.replace('_', ' ')} variable, "
                     "which is not supported"
                 )
+
+    def _given(self, variable: Mapping[str, Any]) -> list[float]:
+        """The numbers that an input is declared with; it has them until it is driven.
+
+        Raises:
+            ModelicaError: if they depend on something: then it is no input of the model.
+        """
+        shape = tuple(self.arena.value_type(variable["value_type"])["dimensions"])
+        values = scalars(self._broadcast(self.evaluator.value(variable["attributes"]["binding"]), shape))
+        if not all(is_number(value) for value in values):
+            raise ModelicaError(
+                f"{self._at(variable)}the input {variable['name']} is given a value that depends on other variables or parameters; "
+                "drop 'input' if it follows from them, or the value if the record drives it"
+            )
+        return [float(value) for value in values]
 
     def _quantity(
         self, index: int, variable: Mapping[str, Any], *, has_derivative: bool, has_start: bool = True

@@ -29,7 +29,7 @@ from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
 from orchestrator.greybox.laws import Law
 from orchestrator.greybox.mirrored import is_one_delay, mirrored
 from orchestrator.greybox.prediction import foretold, squared_errors
-from orchestrator.greybox.prepare import first_noise, least_noise
+from orchestrator.greybox.prepare import first_noise, least_noise, white_noise
 from orchestrator.greybox.same_model import is_same_model
 from orchestrator.greybox.search import FittedSet, Search, Setting, refitted
 from orchestrator.greybox.tape import force_input, retaped_case, taped_case
@@ -53,6 +53,8 @@ VERDICTS: dict[str, Verdict] = {
 Progress = Callable[[str], None]
 # So many times the rates of an FMU are looked at again about the states that an answer shows.
 RETAPED = 2
+# A signal counts half where its noise is one over this of its spread.
+NOISY = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,14 +203,14 @@ def decided(
         if gains := held_otherwise(setting, best, asked):
             raise RunsOtherwise(gains)
 
-    search = Search(setting, common, nominal, progress, seen)
+    search, judged = Search(setting, common, nominal, progress, seen), _judged(setting)
 
     def decided_among(sets: Sequence[FittedSet]) -> Decision:
         return decide(
             sets,
             nominal,
             limits,
-            _scale(setting),
+            judged,
             search.fit,
             search.simpler,
             adequate,
@@ -225,7 +227,7 @@ def decided(
     def same(chosen: FittedSet) -> FittedSet | None:
         other = mirrored(chosen, candidates, case.base)
         twin = search.fit(other) if other else None
-        judge = Judge(nominal, limits, _scale(setting))
+        judge = Judge(nominal, limits, judged)
         return twin if twin and (is_one_delay(chosen) or not judge.beyond_doubt(chosen, twin)) else None
 
     decision = decided_among(search.run() if common else [nominal])
@@ -240,7 +242,7 @@ def decided(
         if other := mirrored(sets[0], candidates, case.base):  # the two differ in the first samples
             search.fit(other)
         wider = decided_among(search.sets)
-        decision = _better(decision, wider, Judge(nominal, limits, _scale(setting)))
+        decision = _better(decision, wider, Judge(nominal, limits, judged))
     return Outcome(case, setting, nominal, decision, search.was_cut)
 
 
@@ -268,6 +270,18 @@ def _scale(setting: Setting) -> np.ndarray:
     """Spread of each signal over the learning trials, (ny,)."""
     rows = np.concatenate([trial.measured for trial in setting.trials])
     return np.maximum(np.nanstd(rows, axis=0), 1e-300)
+
+
+def _judged(setting: Setting) -> np.ndarray:
+    """The scales (ny,) in which errors of all signals are taken together: a signal that is a third noise says little of a model,
+    and would hide what the others say.
+
+    Their squares are those of the spreads over weights that are one on average.
+    """
+    spread = _scale(setting)
+    noise = white_noise([trial.measured for trial in setting.trials])
+    weights = 1.0 / (1.0 + (NOISY * noise / spread) ** 2)
+    return np.asarray(spread * np.sqrt(np.mean(weights) / weights))
 
 
 def _answer(
@@ -416,7 +430,7 @@ def worse_on_held_out(
         after: free runs with the set in it.
         limits: thresholds of the decision.
     """
-    scale = _scale(outcome.setting)
+    scale = _judged(outcome.setting)
     one, other = (_held_out_error(outcome, found, scale) for found in (chosen, outcome.nominal))
     assert given.held_out is not None and after.held_out is not None
     runs = [

@@ -144,9 +144,7 @@ def first_noise(box: GreyBox, trials: Sequence[Trial], balances: Sequence[Balanc
     Raises:
         ComponentError: if the filter follows the trials with no noise that is tried.
     """
-    sensors = np.array(
-        [_white(np.concatenate([t.measured[:, k] for t in trials])) for k in range(trials[0].measured.shape[1])]
-    )
+    sensors = white_noise([t.measured for t in trials])
     unit = _typical_intensity(box, trials, balances)
     tried: list[tuple[float, Noise]] = []
     for steps in (1, 4, 16):  # a stiff model fails with long steps
@@ -162,6 +160,11 @@ def first_noise(box: GreyBox, trials: Sequence[Trial], balances: Sequence[Balanc
     if not likely:
         raise ComponentError(f"{box.system.name} cannot follow {trials[0].name}, whatever disturbs it")
     return min(likely, key=lambda pair: pair[0])[1]
+
+
+def white_noise(measured: Sequence[np.ndarray]) -> np.ndarray:
+    """Standard deviation of each signal's white noise (ny,), from trials (n, ny); of fast signals it is too large."""
+    return np.array([_white(column) for column in np.concatenate(measured).T])
 
 
 def _white(column: np.ndarray) -> float:

@@ -10,6 +10,12 @@ from fmus.errors import ModelicaError
 BODY = "model A\n  {declaration}\n  Real x(start=1, fixed=true);\nequation\n  der(x) = -1;\n  {equation}\nend A;\n"
 REFUSED = {
     "terminate": ("", 'when x < 0 then terminate("done"); end when;', 6, "terminate()"),
+    "input with the value of another variable": (
+        "input Real u = 2*x;",
+        "",
+        2,
+        "the input u is given a value that depends on",
+    ),
     "delay of a state": ("Real y;", "y = delay(x, 0.1, 1.0);", 6, "delay() of a quantity that depends on states"),
 }
 
@@ -43,3 +49,12 @@ def test_a_variable_that_has_to_be_a_state_and_is_none_is_refused(tmp_path: Path
     )
     with pytest.raises(ModelicaError, match=r"^probe\.mo:2: x has StateSelect\.always, but the states are z"):
         ModelicaModel("A", "A", file).compile()
+
+
+def test_an_input_that_is_declared_with_a_number_has_it_until_it_is_driven(tmp_path: Path) -> None:
+    file = tmp_path / "probe.mo"
+    file.write_text(
+        BODY.format(declaration="input Real u = 3; input Real w[2] = {1, 2}; input Real v(start=4);", equation="")
+    )
+    system = ModelicaModel("A", "A", file).compile()
+    assert {v.name: v.start for v in system.inputs} == {"u": 3, "w[1]": 1, "w[2]": 2, "v": 4}

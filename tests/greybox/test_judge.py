@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from orchestrator.greybox.decide import Judge
+from orchestrator.greybox.diagnose import _judged
 from orchestrator.greybox.prediction import HORIZONS
 from orchestrator.greybox.search import FittedSet
 from orchestrator.greybox.thresholds import Thresholds
@@ -91,3 +92,20 @@ def test_an_output_that_predictions_hardly_miss_has_its_own_noise_back() -> None
     judge = Quiet(given, Thresholds(), np.ones(2))  # type: ignore[arg-type]
     assert judge.explained(found) > 0.99  # type: ignore[arg-type]
     assert judge.explained(hidden) < 0.2  # type: ignore[arg-type]
+
+
+def test_a_signal_that_is_half_noise_does_not_hide_what_a_clean_one_says() -> None:
+    """A conversion measured with 0.2 % beside 14 degC of temperature: a heat loss takes 20 times the error of T, and was not proven."""
+    random = np.random.default_rng(1)
+    slow = np.sin(np.linspace(0.0, 6.0, 400))
+    measured = np.stack(
+        [18.0 * slow + random.normal(0.0, 0.1, 400), 0.46 * slow + random.normal(0.0, 0.2, 400)], axis=1
+    )
+    spread = measured.std(axis=0)
+    scale = _judged(SimpleNamespace(trials=[SimpleNamespace(measured=measured)]))  # type: ignore[arg-type]
+    given, chosen = (np.sqrt(np.mean((np.array(e) / scale) ** 2)) for e in ((4.7, 0.26), (0.1, 0.21)))
+    assert chosen / given < 1 - Thresholds().least_improvement
+    assert np.mean(spread**2 / scale**2) == pytest.approx(1.0)
+
+    alone = _judged(SimpleNamespace(trials=[SimpleNamespace(measured=measured[:, 1:])]))  # type: ignore[arg-type]
+    assert alone == pytest.approx(spread[1:])

@@ -186,10 +186,10 @@ class ModifierRules:
 
 
 def _is_simple(view: View) -> bool:
-    """Tell whether a class is Real, Integer, Boolean, String, an enumeration or short for one of them."""
+    """Tell whether a class is Real, Integer, Boolean, String, an enumeration, or is short for one of them or extends it."""
     seen = 0
-    while view.definition.short is not None and seen < 20:
-        base = base_of(view, view.definition.short)
+    while not view.definition.components and len(view.definition.all_bases) == 1 and seen < 20:
+        base = base_of(view, view.definition.all_bases[0])
         if base is None:
             return False
         view, seen = base, seen + 1
