@@ -112,7 +112,7 @@ def _case(seconds: float, step: float, joint: int, about: str) -> str:
     cut = round(_LEARNING * seconds, 3)
     units = "\n".join(f"{json.dumps(column.name)} = {json.dumps(column.unit)}" for column in COLUMNS)
     return (
-        f'title = {json.dumps(f"joint {joint}: {about}")}\nfiles = ["{JOINT_FILE}"]\n'
+        f'title = {json.dumps(f"joint {joint}: {about}")}\nfiles = ["{JOINT_FILE}"]\nunits_certain = true\n'
         f"learning_window_s = [0.0, {cut}]\nheld_out_window_s = [{cut}, {seconds:.3f}]\n\n"
         f'[columns]\ntime = "s"\n{units}\n\n'
         f'[interpolation]\n{COLUMNS[0].name} = "hold"\n\n'

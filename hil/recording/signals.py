@@ -94,7 +94,7 @@ def _case(seconds: float, frame: str, columns: tuple[Column, ...]) -> str:
     units = "\n".join(f"{json.dumps(column.name)} = {json.dumps(column.unit)}" for column in columns)
     cut = round(_LEARNING * seconds, 3)
     return (
-        f"files = [{json.dumps(SIGNALS)}]\nframe = {json.dumps(frame)}\n"
+        f"files = [{json.dumps(SIGNALS)}]\nframe = {json.dumps(frame)}\nunits_certain = true\n"
         f"learning_window_s = [0.0, {cut}]\nheld_out_window_s = [{cut}, {seconds:.3f}]\n\n"
         f'[columns]\ntime = "s"\n{units}\n'
     )

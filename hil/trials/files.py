@@ -104,7 +104,7 @@ class TrialFiles:
         if kept < len(names):
             split += f"held_out = {list(range(kept + 1, len(names) + 1))}\n"
         units = "\n".join(f"{json.dumps(column.name)} = {json.dumps(column.unit)}" for column in self._columns)
-        return f'files = {json.dumps(names)}\nframe = "arm"\n{split}\n[columns]\ntime = "s"\n{units}\n\n{_SENSORS}'
+        return f'files = {json.dumps(names)}\nframe = "arm"\nunits_certain = true\n{split}\n[columns]\ntime = "s"\n{units}\n\n{_SENSORS}'
 
 
 def pushes(angles: np.ndarray, torques: np.ndarray) -> np.ndarray:

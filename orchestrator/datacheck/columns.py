@@ -172,6 +172,8 @@ def wrong_columns(predictor: Predictor, units: Mapping[str, str]) -> tuple[Findi
     changes = possible_changes(predictor.moving, units, predictor.data.output_names)
     if predictor.is_stepped:  # a run through a thousand times the time takes a thousand times as long
         changes = [change for change in changes if change.way != "clock" or change.value < 1]
+    if predictor.data.units_certain:
+        changes = [change for change in changes if change.way not in ("clock", "scale") or change.value == -1.0]
     first = sorted((Tried(c, predictor.left(c, few=True)) for c in changes), key=lambda tried: tried.left)
     closely = [Tried(each.change, predictor.left(each.change)) for each in first[:SHORTLIST]]
     found = judged(before, closely, predictor.left, limits.PLAIN)

@@ -12,8 +12,8 @@ from orchestrator.datacheck.prediction import Predictor
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import Model
 
-# Lags in samples that are tried before the best one is refined.
-LAGS = (2, 8, 32)
+# Lags in samples that are tried before the best one is refined, to this share of a sample at least.
+LAGS, FINEST = (2, 8, 32), 0.05
 # Stretches of a trial that are looked at to judge it, and its clocks.
 FOR_ONE, FOR_LAGS = 2, 2
 # Fewer trials than this have no way that trials usually are.
@@ -159,7 +159,7 @@ def _lag_by(
         tried |= {float(sign * lag): left(sign * lag) for lag in LAGS for sign in (-1, 1)}
     best = min(tried, key=lambda lag: tried[lag])
     reach = max(1.0, 0.5 * abs(best))
-    while best != 0.0 and reach > 0.25:
+    while best != 0.0 and reach > FINEST:
         for lag in (best - reach, best + reach):
             tried.setdefault(lag, left(lag))
         best = min(tried, key=lambda lag: tried[lag])

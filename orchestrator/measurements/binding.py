@@ -68,6 +68,7 @@ def bind(trial_set: MeasurementSet, inputs: Sequence["Variable"], outputs: Seque
         noise_std={name: channel.noise.std for name, channel in channels.items()},
         notes=tuple(notes),
         levels={name: channel.noise for name, channel in channels.items()},
+        units_certain=trial_set.units_certain,
     )
 
 

@@ -34,7 +34,8 @@ class BoundSet:
     `unconnected_inputs` are inputs without a column, `unused_columns` columns without a variable.
     `noise_std` maps each model variable that has a column to the standard deviation of its noise in
     the model's unit; it is 0 for exact commands. `levels` tells where it comes from and its colour. `notes`
-    lists what was converted and assumed, on top of the notes of the measurement set.
+    lists what was converted and assumed, on top of the notes of the measurement set. `units_certain` says that the units
+    are beyond doubt.
     """
 
     trials: tuple[BoundTrial, ...]
@@ -45,6 +46,7 @@ class BoundSet:
     noise_std: Mapping[str, float]
     notes: tuple[str, ...]
     levels: Mapping[str, NoiseLevel] = field(default_factory=dict)
+    units_certain: bool = False
 
     def noise_of(self, name: str) -> Noise:
         """Noise of a variable with its colour; none for an input without a column."""

@@ -29,6 +29,7 @@ _KNOWN_KEYS = (
     "reading",
     "interpolation",
     "frame",
+    "units_certain",
 )
 INTERPOLATIONS = ("linear", "hold")
 # Free text for people, which needs no remark.
@@ -43,7 +44,8 @@ class CaseFile:
     number, `tolerances` a model parameter to its relative standard deviation. `rate_hz` is None when no rate was given.
     `interpolation` says of columns whether they run in straight lines between samples ("linear") or stay ("hold").
     `frame` names the joints that columns belong to where those are not simply the model's; see `bind`. `reading` says
-    how files of another make are read (None: as plain csv), `readings` how single ones that differ.
+    how files of another make are read (None: as plain csv), `readings` how single ones that differ. `units_certain` says that
+    no data check is to doubt the units.
     """
 
     files: tuple[str, ...]
@@ -59,6 +61,7 @@ class CaseFile:
     reading: Reading | None = None
     readings: Mapping[str, Reading] = field(default_factory=dict)
     frame: str = ""
+    units_certain: bool = False
 
     def reading_of(self, file: str) -> Reading | None:
         """How a file is read; None: as plain csv."""
@@ -94,6 +97,7 @@ def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> 
         reading=reading,
         readings=readings,
         frame=_frame(table),
+        units_certain=bool(table.get_flag("units_certain")),
     )
 
 

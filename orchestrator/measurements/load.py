@@ -60,6 +60,7 @@ def load_measurements(path: str | Path) -> MeasurementSet:
         tolerances=case.tolerances,
         interpolation=case.interpolation,
         frame=case.frame or next(filter(None, frames), ""),
+        units_certain=case.units_certain,
         notes=tuple(notes),
         content_hash=digest.hexdigest(),
     )

@@ -71,7 +71,7 @@ class MeasurementSet:
     parameter, `variables` maps a column to a model variable where the names differ. `notes` lists what was assumed.
     `content_hash` is the sha256 of case.toml and all data files, in hex: equal hashes mean equal data. `interpolation`
     maps a column to "linear" or "hold" (default: linear). `frame` names what the columns' joints belong to, "" where
-    nobody said.
+    nobody said, and `units_certain` says that the units are beyond doubt.
     """
 
     path: Path
@@ -84,6 +84,7 @@ class MeasurementSet:
     tolerances: Mapping[str, float] = field(default_factory=dict)
     interpolation: Mapping[str, str] = field(default_factory=dict)
     frame: str = ""
+    units_certain: bool = False
 
     @property
     def mended(self) -> tuple[str, ...]:

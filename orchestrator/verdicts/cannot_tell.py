@@ -33,6 +33,8 @@ def first_mend(model: Model, measurements: MeasurementSet, findings: Sequence[Fi
     warnings = [str(finding) for finding in findings]
     warnings[0] += "; no physical effect is named before that: mend the record"
     warnings[0] += ", or repeat the command with --mend" if any(each.can_be_mended for each in findings) else ""
+    doubted = any(each.kind in ("unit", "time_unit") for each in findings)
+    warnings[0] += "; if the units are right, say units_certain = true in case.toml" if doubted else ""
     found = cannot_tell(given, warnings)
     return replace(found, seconds=time.monotonic() - began, data_checks=tuple(findings))
 

@@ -83,6 +83,16 @@ def test_a_gain_that_is_no_unit_is_left_to_physics(tmp_path: Path) -> None:
     assert checked("drive", folder) == ()
 
 
+def test_units_that_are_said_to_be_certain_are_not_doubted(tmp_path: Path) -> None:
+    """An inertia that is 6.28 times as large as the model's moves as if its angle were written in turns."""
+    folder = write_case(tmp_path, drive, DRIVE, times("phi", 1 / (2 * math.pi)))
+    (doubted,) = checked("drive", folder)
+    assert doubted.kind == "unit"
+    case = folder / "case.toml"
+    case.write_text(f"units_certain = true\n{case.read_text()}")
+    assert checked("drive", folder) == ()
+
+
 def test_mending_gives_the_record_back(tmp_path: Path) -> None:
     good = write_case(tmp_path / "good", pendulum, PENDULUM)
     bad = write_case(tmp_path / "bad", pendulum, PENDULUM, times("theta", 180 / math.pi))

@@ -91,6 +91,13 @@ def test_outputs_that_answer_before_their_inputs_are_a_clock_and_late_ones_may_b
     assert mend(load_model("drive"), load_measurements(tmp_path / "late")).done == ()
 
 
+@pytest.mark.parametrize("samples", [5.8, 6.7, 8.3])
+def test_a_delay_is_told_by_its_own_time_and_not_by_whole_samples(tmp_path: Path, samples: float) -> None:
+    (late,) = found_in(tmp_path, lambda columns, number: later(columns, -samples * STEP), 3)
+    assert late.change is not None
+    assert late.change.value == pytest.approx(samples * STEP, abs=0.15 * STEP)
+
+
 SLIDE = """model Slide
   input Real F(unit = "N");
   output Real x(unit = "m");
