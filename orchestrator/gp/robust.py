@@ -11,7 +11,7 @@ from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latents
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import condition
-from orchestrator.gp.triangle import inverse_from_factor
+from orchestrator.gp.triangle import inverse_from_factor, one_thread
 from orchestrator.measurements.wording import listed
 
 Array = NDArray[Any]
@@ -42,11 +42,12 @@ def trusted(
     if not np.all(stated[chosen] > 0.0):
         raise MisfitError(f"{listed(names)}: noise of 0; expected what an error is measured by")
     growth = np.ones(len(chosen))
-    for _ in range(_TURNS):
-        before = growth
-        growth = _turn(latents, _with_growth(observations, growth), stated, chosen, freedom, growth)
-        if np.max(np.abs(np.log(growth / before))) < _SETTLED:
-            break
+    with one_thread():  # the same bits on any number of processors
+        for _ in range(_TURNS):
+            before = growth
+            growth = _turn(latents, _with_growth(observations, growth), stated, chosen, freedom, growth)
+            if np.max(np.abs(np.log(growth / before))) < _SETTLED:
+                break
     return _with_growth(observations, growth)
 
 

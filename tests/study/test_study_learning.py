@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from learning_cases import corrections, models
+from threadpoolctl import threadpool_limits
 
 from fmus.errors import MisfitError
 from orchestrator.gp.observations import observe
@@ -105,6 +106,13 @@ def test_every_way_to_learn_gives_the_same_bits_in_another_process() -> None:
     differ = [name for name, there in zip(VARIANTS, elsewhere, strict=True) if bits(name) != there]
 
     assert differ == []
+
+
+def test_noise_of_outliers_has_the_same_bits_on_one_processor() -> None:
+    with threadpool_limits(limits=1, user_api="blas"):
+        alone = bits("no outliers")
+
+    assert bits("no outliers") == alone
 
 
 def test_a_dask_cluster_gives_the_same_bits() -> None:
