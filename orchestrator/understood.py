@@ -142,7 +142,7 @@ def _places(
 
 def _in_turn(first: Sequence[str], then: Sequence[str]) -> str:
     """Names of what is tried, and of what is tried where that leaves much; each once."""
-    parts = [", ".join(dict.fromkeys(names)) for names in (first, then)]
+    parts = [", ".join(dict.fromkeys(names)) for names in (first, [name for name in then if name not in first])]
     return "; if these leave much: ".join(part for part in parts if part)
 
 

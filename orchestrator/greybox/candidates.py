@@ -37,19 +37,20 @@ class Candidate:
 
     @property
     def family(self) -> tuple[str, str]:
-        """What two grid variants of one effect at one place have in common."""
-        return self.id, self.place.site
+        """What the candidates of one law at one place have in common, whatever their first values."""
+        return f"{self.id} {self.law.variant}".rstrip(), self.place.site
 
     @property
     def label(self) -> str:
         """Short name for progress and messages."""
-        return f"{self.id} at {self.place.site}"
+        return " at ".join(self.family)
 
     def is_apart_from(self, other: "Candidate") -> bool:
         """Whether both can be in one set: they are not one effect at one place, and none contains the other."""
         if self.place.site != other.place.site:
             return True
-        return self.id != other.id and self.id not in other.law.contains and other.id not in self.law.contains
+        one, two = self.family[0], other.family[0]
+        return one != two and one not in other.law.contains and two not in self.law.contains
 
     def begun_with(self, values: Mapping[str, float]) -> "Candidate":
         """The candidate with first values of those of its parameters that are among `values`."""

@@ -43,8 +43,7 @@ class Judge:
         """
         judge = cls(nominal, limits, scale)
         best = sorted(sets, key=lambda s: s.loss)[: limits.likeliest]
-        far = (w for w in HORIZONS if min(judge.error(s, w) for s in best) < limits.predictable)
-        judge.windows = next(far, HORIZONS[-1])
+        judge.windows = next((w for w in HORIZONS if any(judge.predicts(s, w) for s in best)), HORIZONS[-1])
         return judge
 
     def squares(self, found: FittedSet, windows: int = 0) -> np.ndarray:
@@ -60,6 +59,11 @@ class Judge:
         """Root mean square over signals of the errors of free runs in units of the scale."""
         return float(np.sqrt(np.mean(np.mean(self.squares(found, windows), axis=0) / self.scale**2)))
 
+    def predicts(self, found: FittedSet, windows: int) -> bool:
+        """Whether errors over so many windows are a small share of the signals' spread, or of what the model as given errs by."""
+        spread = max(1.0, self.error(self.nominal, windows))
+        return self.error(found, windows) < self.limits.predictable * spread
+
     def ratio(self, found: FittedSet, other: FittedSet) -> float:
         """Error of a set over that of another."""
         return self.error(found) / max(self.error(other), 1e-300)
@@ -67,8 +71,8 @@ class Judge:
     def best_ratio(self, found: FittedSet, other: FittedSet) -> float:
         """The least error of a set over that of another, over the horizon or over whole trials where these can be predicted: what
         is slow, a charge that adds up, hardly shows in less."""
-        whole = self.error(found, WHOLE)
-        far = whole / max(self.error(other, WHOLE), 1e-300) if whole < self.limits.predictable else np.inf
+        whole = self.error(found, WHOLE) / max(self.error(other, WHOLE), 1e-300)
+        far = whole if self.predicts(found, WHOLE) else np.inf
         return min(self.ratio(found, other), far)
 
     def defeats(self, other: FittedSet, one: FittedSet) -> bool:

@@ -36,7 +36,7 @@ def _named(found: FittedSet, candidate: Candidate) -> NamedEffect:
         low, high = max(value - Z90 * std, least), min(value + Z90 * std, most)
         name = candidate.law.public(parameter.name, place.unit)
         estimates[name] = Estimate(value, parameter.unit(place.units), (low, high))
-    return NamedEffect(candidate.id, place.site, estimates)
+    return NamedEffect(candidate.id, place.site, estimates, candidate.law.variant)
 
 
 def with_effects(
@@ -90,7 +90,7 @@ def law_effects(base: ModelicaModel, law: Law) -> list[NamedEffect]:
         for p in law.parameters
         for ends in [p.ci90 or (p.value, p.value)]
     }
-    return [*map(NamedEffect.of, law.beside), NamedEffect(law.id, place.site, values)]
+    return [*map(NamedEffect.of, law.beside), NamedEffect(law.id, place.site, values, law.variant)]
 
 
 def knows(effect: NamedEffect, base: ModelicaModel, more: Sequence[Law] = ()) -> bool:
@@ -112,10 +112,9 @@ def _inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> list[str]:
 def _found(effect: NamedEffect, places: Sequence[Place], more: Sequence[Law] = ()) -> tuple[Law, Place] | None:
     for place in places:
         for law in (*laws(), *more):
-            if place.site == effect.site and fits(law, place) and law.id_at(place.unit) == effect.id:
-                public = {law.public(p.name, place.unit) for p in law.parameters}
-                if public == set(effect.parameters):
-                    return law, place.widened(law.also)
+            called = law.is_called(effect.id, effect.variant, effect.parameters, place.unit)
+            if place.site == effect.site and called and fits(law, place):
+                return law, place.widened(law.also)
     return None
 
 

@@ -145,8 +145,8 @@ def law_at(seen: Outline, effect: NamedEffect) -> tuple[Law, Place] | None:
     whole = replace(seen.system, parameters=seen.parameters)
     places = [*unscaled_places(seen.system, seen.balances, inputs), *parameter_places(whole)]
     for place in (place for place in places if place.site == effect.site):
-        for law in (law for law in laws() if fits(law, place) and law.id_at(place.unit) == effect.id):
-            if {law.public(p.name, place.unit) for p in law.parameters} == set(effect.parameters):
+        for law in (law for law in laws() if fits(law, place)):
+            if law.is_called(effect.id, effect.variant, effect.parameters, place.unit):
                 return law, place
     return None
 

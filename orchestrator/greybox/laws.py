@@ -3,7 +3,7 @@
 import math
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -80,13 +80,13 @@ class Law:
     `expression` is Modelica text in the place's coordinates and the law's parameters: what it adds to a balance, what an
     input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives, `starts` is what
     they begin with, else 0; `unknown_starts` names the parameter that is the size of what a state begins with in any trial, which the
-    filter finds. `units` restricts the law to places whose balance or position has one of these units; `names` and `titles` are its id and words where a unit has its own.
+    filter finds. Laws of one id differ in `variant`, such as stops above and below. `units` restricts the law to places whose balance or position has one of these units; `names` and `titles` are its id and words where a unit has its own.
     `written` is how a law is written back if an equation of the model holds what the law changes: `net` is all else that flows
     into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with; `written_states` are rates of
     states written so. A `single` law acts at one balance, never between two. The gain of a `curved` law enters linearly near zero
     only. A `bounded` law depends on a position that
     comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. A `rare` law is tried only where the
-    others do not explain the record. `contains` lists ids of simpler laws that it becomes at the limit of a parameter, `alike`
+    others do not explain the record. `contains` lists ids, with variants, of simpler laws that it becomes at the limit of a parameter, `alike`
     ids of laws elsewhere that do the same to a linear plant: they are tried beside it.
     `also` names further variables of a model by the coordinates that the law uses for them, `needs` what else the place must know.
     `site` is where a law of the user's own was found, `seen` the range of each coordinate there, `beside` the effects that were in
@@ -98,6 +98,7 @@ class Law:
     place: Place
     expression: str
     parameters: tuple[LawParameter, ...]
+    variant: str = ""
     units: tuple[str, ...] = ()
     names: Mapping[str, str] = field(default_factory=dict)
     titles: Mapping[str, str] = field(default_factory=dict)
@@ -134,6 +135,11 @@ class Law:
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""
         return self.names.get(ALIKE.get(unit, unit), self.id)
+
+    def is_called(self, effect: str, variant: str, parameters: Iterable[str], unit: str) -> bool:
+        """Whether an effect of a result is this law at a balance of a unit; results of old do not tell the variant."""
+        own = {self.public(parameter.name, unit) for parameter in self.parameters}
+        return effect == self.id_at(unit) and variant in ("", self.variant) and own == set(parameters)
 
     def title_at(self, unit: str) -> str:
         """What the effect is called at a balance of this unit."""

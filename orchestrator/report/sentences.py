@@ -22,7 +22,7 @@ def effect_name(effect: NamedEffect) -> str:
         >>> effect_name(NamedEffect("coulomb_friction", "joint1", {}))
         'Coulomb friction at joint1'
     """
-    return what({"id": effect.id, "site": effect.site})
+    return what({"id": effect.id, "site": effect.site, "variant": effect.variant})
 
 
 def most_of(effects: Sequence[NamedEffect]) -> tuple[Sequence[NamedEffect], str]:

@@ -29,10 +29,11 @@ class ByTable(Judge):
         return self.table[found.loss][HORIZONS.index(windows or self.windows)]
 
 
-def _windows(table: dict[float, tuple[float, float, float]]) -> int:
-    ByTable.table = table
+def _windows(table: dict[float, tuple[float, float, float]], given: float = 1.0) -> int:
+    ByTable.table = {**table, np.inf: (given, given, given)}
     sets: list[Any] = [Likely(loss) for loss in table]
-    return ByTable.of(sets[-1], sets, Thresholds(), np.ones(1)).windows
+    nominal: Any = Likely(np.inf)
+    return ByTable.of(nominal, sets, Thresholds(), np.ones(1)).windows
 
 
 @pytest.mark.parametrize(
@@ -47,6 +48,14 @@ def test_windows_are_the_longest_over_which_a_likely_set_predicts(
 
 def test_where_nothing_predicts_windows_are_the_shortest() -> None:
     assert _windows({1.0: (9.0, 9.0, 9.0)}) == HORIZONS[-1]
+
+
+def test_errors_that_are_a_small_share_of_those_of_the_model_as_given_are_predictions_though_signals_are_smaller() -> (
+    None
+):
+    # A ball that rolls off its beam in the model and lies against a stop on the bench.
+    errors = {1.0: (0.8, 0.4, 0.2)}
+    assert [_windows(errors, given) for given in (0.9, 2.0, 7.0)] == [HORIZONS[2], HORIZONS[1], HORIZONS[0]]
 
 
 def test_a_set_that_is_far_less_likely_has_no_say() -> None:

@@ -132,19 +132,24 @@ def _missing(effects: Sequence[Mapping[str, Any]]) -> str:
 
 def _ambiguous(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
     """What all sets that fit share, and in what they differ."""
-    sets: list[dict[tuple[str, str], Mapping[str, Any]]] = [{(e["id"], e["site"]): e for e in effects}]
+    sets: list[Sequence[Mapping[str, Any]]] = [effects]
     groups = [set(group) for group in document.get("confusable") or ()]
     for entry in document.get("ranking") or ():
-        other: dict[tuple[str, str], Mapping[str, Any]] = {(i, s): {"id": i, "site": s} for i, s in _pairs(entry)}
-        if {id for id, _ in sets[0].keys() ^ other.keys()} in groups:
-            groups.remove({id for id, _ in sets[0].keys() ^ other.keys()})
+        other = [{"id": id, "site": site} for id, site in _pairs(entry)]
+        different = {id for id, _ in _places(effects) ^ _places(other)}
+        if different in groups:
+            groups.remove(different)
             sets.append(other)
-    shared = [e for pair, e in sets[0].items() if all(pair in each for each in sets)]
-    choices = [[e for pair, e in each.items() if pair not in {(s["id"], s["site"]) for s in shared}] for each in sets]
+    shared = [e for e in effects if all(_places([e]) <= _places(each) for each in sets)]
+    choices = [[e for e in each if not _places([e]) <= _places(shared)] for each in sets]
     if groups or len(sets) < 2 or not shared or not all(choices):
         return f"Something is missing, and these data cannot tell which: {_choice(document, effects)}."
     told = joined([joined(map(what, each), "and") for each in choices], "or")
     return f"{_missing(shared)}, and beside that one of these, which the data cannot tell apart: {told}."
+
+
+def _places(effects: Sequence[Mapping[str, Any]]) -> set[tuple[str, str]]:
+    return {(effect["id"], effect["site"]) for effect in effects}
 
 
 def _pairs(entry: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from orchestrator.report.answer.words import capital, joined, name_of, place_of, share
+from orchestrator.report.answer.words import capital, joined, name_of, place_of, share, what
 from orchestrator.report.numbers import digits, spaced
 
 Document = Mapping[str, Any]
@@ -44,7 +44,7 @@ def rivals_of(document: Document) -> tuple[Rival, ...]:
     own = next((entry for entry in ranking if _pairs(entry) == sorted(named)), None)
     rows = []
     if named:
-        rows.append(Rival(capital(_name(named)), "", _why_named(document), True))
+        rows.append(Rival(capital(joined(map(what, document["effects"]))), "", _why_named(document), True))
     others = [entry for entry in ranking if _pairs(entry) != sorted(named) and not _contains(_pairs(entry), named)]
     for entry in _one_of_each(others)[: MOST - len(rows)]:
         rows.append(_rival(document, entry, own))

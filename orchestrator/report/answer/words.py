@@ -50,7 +50,7 @@ def what(effect: Effect) -> str:
     """An effect with its place, such as `Coulomb friction at joint1`."""
     if effect["id"] == PARAMETER_ERROR:
         return f"the value of {effect['site']}"
-    return f"{name_of(effect['id'])} {place_of(effect['site'])}".strip()
+    return " ".join(filter(None, (name_of(effect["id"]), effect.get("variant", ""), place_of(effect["site"]))))
 
 
 def sizes(effects: Sequence[Effect]) -> str:
