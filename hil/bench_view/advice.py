@@ -55,7 +55,7 @@ ADVICE = {
     ),
     "energy_bounded": Advice(
         "The arm gave more energy than it may to whoever holds it.",
-        "Ask the controller for less stiffness or speed; the limit is `energy` of the bench file.",
+        "Ask for less stiffness, speed or activation of muscles; the limit is `energy` of the bench file.",
     ),
     "force_bounded": Advice(
         "The force at the wrist is too large.", "Let go of the arm. If nobody held it, zero the force sensor."

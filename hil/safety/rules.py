@@ -194,7 +194,8 @@ def inside_range(limits: Limits, state: State, motion: Motion, seen: Seen) -> Tr
 def energy_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """Energy that the arm keeps giving away goes into whoever holds it."""
     if state.energy > limits.energy:
-        return Trip("energy_bounded", Reaction.COMPLY, f"{state.energy:.3g} J given, the limit is {limits.energy:g} J")
+        words = f"the arm gave whoever holds it {state.energy:.3g} J more than it got back, the limit is {limits.energy:g} J"
+        return Trip("energy_bounded", Reaction.COMPLY, words)
     return None
 
 

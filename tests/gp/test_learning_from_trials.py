@@ -1,6 +1,7 @@
 """`misfit learn`: a block of what a model lacks along trials, as a function of its positions and speeds."""
 
 import json
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -224,7 +225,9 @@ def test_a_block_that_is_twice_too_strong_is_shrunk_and_one_that_wins_on_held_ou
     right = replace(held, outputs=alone.follow(held.time, held.inputs, held.outputs, alone.signals, noise).outputs)
     chance = judge(alone, learned.block, bound.held_out, noise, [(learned.block, [right])])
     assert chance.verdict == "refused"
-    assert "may not along others" in chance.reason
+    said = re.search(r"may not help along others: .* take it from .* to (.*) in trial_4.csv", chance.reason)
+    assert said is not None, chance.reason
+    assert float(said[1]) > 0.5 * found.before.all
 
 
 def test_an_input_that_is_zero_at_all_data_taken_is_not_needed() -> None:

@@ -191,7 +191,11 @@ def test_no_rule_trips_in_a_calm_cycle(rule: str) -> None:
             {"s_active": (0.0, 4.0), "m_still": (0, 50_000_000)},
             "joint 2 stands still .* under 4 N.m for 50 ms",
         ),
-        ("energy_bounded", {"s_energy": 0.75}, "0.75 J given, the limit is 0.5 J"),
+        (
+            "energy_bounded",
+            {"s_energy": 0.75},
+            "the arm gave whoever holds it 0.75 J more than it got back, the limit is 0.5 J",
+        ),
         ("force_bounded", {"n_force": (0.0, 0.0, 90.0)}, "90 N at the wrist, the limit is 80 N"),
         ("cool", {"s_heat": (1.5, 0.0)}, "joint 1 has made more torque than the 5 N.m its motor bears"),
         ("unpinched", {"s_pinched": (0, 62_000_000)}, "joint 2 has pressed without moving for 62 ms"),

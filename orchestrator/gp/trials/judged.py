@@ -100,29 +100,25 @@ def judge(
     whole = _errors(trials, model.signals, lambda t: beside.along(t, all_of_it, noise))
     confirmed = _confirmation(model, folds, noise, alone)
 
-    if _wins(alone, whole, level) and confirmed(all_of_it, whole):
+    why = confirmed(all_of_it, whole) if _wins(alone, whole, level) else _why(alone, whole)
+    if not why:
         return Judgement("kept", "free runs along the held-out trials are closer with it", all_of_it, alone, whole)
     winners = []
     for shares in others:
-        found = _winner(alone, [(trials, lambda t, use=shares: beside.along(t, use, noise))], level)  # type: ignore[misc]
-        winners += [] if found is None else [(shares, found)]
-    winner = next((run for run in sorted(winners, key=lambda run: run[1].all) if confirmed(*run)), None)
-    if winner is None:
-        chance = bool(winners) or _wins(alone, whole, level)
-        why = "what helps along the held-out trials may not along others: learning trials that a block has not seen say so"
-        return Judgement("refused", why if chance else _why(alone, whole), {}, alone, alone, whole)
-    shares, best = winner
-    used = ", ".join(f"{share:g} of {name}" for name, share in shares.items())
-    why = "the whole block may not help along trials that it has not seen"
-    why = why if _wins(alone, whole, level) else _why(alone, whole)
-    return Judgement("shrunk", f"{why}; {used} helps", shares, alone, best, whole)
+        found, lost = _winner(alone, [(trials, lambda t, use=shares: beside.along(t, use, noise))], level)  # type: ignore[misc]
+        winners += [] if lost else [(shares, found)]
+    for shares, best in sorted(winners, key=lambda run: run[1].all):
+        if not confirmed(shares, best):
+            used = ", ".join(f"{share:g} of {name}" for name, share in shares.items())
+            return Judgement("shrunk", f"{why}; {used} helps", shares, alone, best, whole)
+    return Judgement("refused", why, {}, alone, alone, whole)
 
 
 def _confirmation(
     model: SymbolicModel, folds: Sequence[Fold], noise: Array, alone: Errors
-) -> Callable[[Mapping[str, float], Errors], bool]:
-    """Whether shares that won along the held-out trials also win along learning trials, by blocks that lack those, and
-    whether a further trial will not lose by all that is known; blocks are built when first asked for.
+) -> Callable[[Mapping[str, float], Errors], str]:
+    """Why shares that won along the held-out trials may lose along others, "" if they also win along learning trials, by
+    blocks that lack those, and a further trial will not lose by all that is known; blocks are built when first asked for.
 
     Args:
         alone: errors along the held-out trials without a block.
@@ -137,15 +133,19 @@ def _confirmation(
     def beside(number: int) -> ModelBeside:
         return ModelBeside(model, folds[number][0])
 
-    def confirmed(shares: Mapping[str, float], held_out: Errors) -> bool:
+    def confirmed(shares: Mapping[str, float], held_out: Errors) -> str:
         parts = [
             (trials, lambda t, k=k: beside(k).along(t, shares, noise))  # type: ignore[misc]
             for k, (_, trials) in enumerate(folds)
         ]
         if not folds:
-            return True
-        found = _winner(without(), parts, level)
-        return found is not None and will_not_lose((alone, held_out), (without(), found), noise=level)
+            return ""
+        gain = f"what takes the error of the held-out trials from {alone.all:.3g} to {held_out.all:.3g} may not help along others: "
+        found, lost = _winner(without(), parts, level)
+        if lost:
+            return f"{gain}of learning trials, blocks that have not seen them take it {lost}"
+        pairs = (alone, held_out), (without(), found)
+        return "" if will_not_lose(*pairs, noise=level) else f"{gain}its gains differ too much from trial to trial"
 
     return confirmed
 
@@ -201,15 +201,16 @@ def _wins(alone: Errors, found: Errors, noise: Mapping[str, float]) -> bool:
 
 def _winner(
     alone: Errors, parts: Sequence[tuple[Sequence[BoundTrial], Run]], noise: Mapping[str, float]
-) -> Errors | None:
-    """Errors of a way that wins along all trials, each run by its part's; None as soon as a trial loses."""
+) -> tuple[Errors, str]:
+    """Errors of a way along all trials, each run by its part's, and where it loses, "" if it wins; the first trial that loses ends it."""
     found = Errors({}, {})
     for trial, run in ((trial, run) for trials, run in parts for trial in trials):
         one = _errors([trial], list(noise), run)
         found = Errors({**found.trials, **one.trials}, {**found.starts, **one.starts})
-        if _rms(found.trials[trial.name]) > _allowed(_rms(alone.trials[trial.name]), min(noise.values())):
-            return None
-    return found if _wins(alone, found, noise) else None
+        before, after = _rms(alone.trials[trial.name]), _rms(found.trials[trial.name])
+        if after > _allowed(before, min(noise.values())):
+            return found, f"from {before:.3g} to {after:.3g} in {trial.name}"
+    return found, "" if _wins(alone, found, noise) else f"from {alone.all:.3g} to {found.all:.3g} in all"
 
 
 def _allowed(before: float, noise: float) -> float:
