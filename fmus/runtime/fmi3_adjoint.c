@@ -1,5 +1,6 @@
 /* FMI 3.0: adjoint derivatives, by reverse mode through the model equations, delays and start values. */
 #include "fmi3.h"
+#include "sensitivity.h"
 
 #include <math.h>
 #include <string.h>
@@ -11,32 +12,13 @@ ModelFunction model_dependent_adjoint;
 ModelFunction model_initial_adjoint;
 ModelFunction model_consistent_adjoint;
 
-/* Weights of the unknowns, and what they come to for the knowns. */
-typedef struct {
-    double dx[N_STATES + 1];
-    double z[N_ALGEBRAICS + 1];
-    double dependents[N_DEPENDENTS + 1];
-    double d[N_DELAYS + 1];
-    double time;
-    double u[N_INPUTS + 1];
-    double x[N_STATES + 1];
-    double p[N_PARAMETERS + 1];
-} Weights;
-
-static int add_seed(Core *core, Weights *weights, unsigned reference, double seed)
+static int add_seed(Core *core, Sensitivity *weights, unsigned reference, double seed)
 {
     if (!isfinite(seed))
         return core_fail(core, "the seed %g is not a finite number", seed);
-    if (reference >= VR_STATES && reference < VR_DERIVATIVES)
-        weights->x[reference - VR_STATES] += seed;
-    else if (reference >= VR_DERIVATIVES && reference < VR_ALGEBRAICS)
-        weights->dx[reference - VR_DERIVATIVES] += seed;
-    else if (reference >= VR_ALGEBRAICS && reference < VR_PARAMETERS)
-        weights->z[reference - VR_ALGEBRAICS] += seed;
-    else if (reference >= VR_DEPENDENTS && reference < VR_TIME)
-        weights->dependents[reference - VR_DEPENDENTS] += seed;
-    else
+    if (reference < VR_STATES || reference >= VR_TIME || (reference >= VR_PARAMETERS && reference < VR_DEPENDENTS))
         return core_fail(core, "value reference %u is not that of an unknown", reference);
+    *sensitivity_of(weights, reference) += seed;
     return 0;
 }
 
@@ -46,9 +28,9 @@ static void add(double *sum, const double *more, int n)
         sum[i] += more[i];
 }
 
-static int through_equations(Core *core, Weights *weights)
+static int through_equations(Core *core, Sensitivity *weights)
 {
-    Weights share;
+    Sensitivity share;
     core_pass(core, &core->state.time, core->state.x);
     core->arg[6] = weights->dx;
     core->arg[7] = weights->z;
@@ -64,10 +46,10 @@ static int through_equations(Core *core, Weights *weights)
     return 0;
 }
 
-static int through_delays(Core *core, Weights *weights)
+static int through_delays(Core *core, Sensitivity *weights)
 {
     double sources[N_DELAYS + 1], delays[N_DELAYS + 1];
-    Weights share;
+    Sensitivity share;
     for (int i = 0; i < N_DELAYS; i++) {
         const DelaySensitivity *by = &core->d_sensitivity[i];
         sources[i] = by->source * weights->d[i];
@@ -91,7 +73,7 @@ static int through_delays(Core *core, Weights *weights)
 }
 
 /* A function of the parameters alone. */
-static int through_parameters(Core *core, Weights *weights, ModelFunction *function, const double *seed)
+static int through_parameters(Core *core, Sensitivity *weights, ModelFunction *function, const double *seed)
 {
     double share[N_PARAMETERS + 1];
     core->arg[0] = core->state.p;
@@ -104,7 +86,7 @@ static int through_parameters(Core *core, Weights *weights, ModelFunction *funct
 }
 
 /* From the start values to those proposed for them, and to all else that the initial conditions contain. */
-static int through_conditions(Core *core, Weights *weights)
+static int through_conditions(Core *core, Sensitivity *weights)
 {
     double time, u[N_INPUTS + 1], p[N_PARAMETERS + 1], proposed[N_STATES + 1];
     core->arg[0] = &core->state.time;
@@ -126,7 +108,7 @@ static int through_conditions(Core *core, Weights *weights)
 }
 
 /* Until the run has started, start values that nobody has set follow the parameters, and all initial conditions hold. */
-static int through_starts(Core *core, Weights *weights)
+static int through_starts(Core *core, Sensitivity *weights)
 {
     double seed[N_STATES + 1];
     if (core->state.phase > PHASE_INITIALIZATION)
@@ -138,18 +120,11 @@ static int through_starts(Core *core, Weights *weights)
     return through_parameters(core, weights, model_initial_adjoint, seed);
 }
 
-static int read_weight(Core *core, const Weights *weights, unsigned reference, double *value)
+static int read_weight(Core *core, Sensitivity *weights, unsigned reference, double *value)
 {
-    if (reference < VR_STATES)
-        *value = weights->u[reference];
-    else if (reference < VR_DERIVATIVES)
-        *value = weights->x[reference - VR_STATES];
-    else if (reference >= VR_PARAMETERS && reference < VR_DEPENDENTS)
-        *value = weights->p[reference - VR_PARAMETERS];
-    else if (reference == VR_TIME)
-        *value = weights->time;
-    else
+    if (reference != VR_TIME && (reference >= VR_DEPENDENTS || (reference >= VR_DERIVATIVES && reference < VR_PARAMETERS)))
         return core_fail(core, "value reference %u is not that of a known", reference);
+    *value = *sensitivity_of(weights, reference);
     return 0;
 }
 
@@ -158,7 +133,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
                                     size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
 {
     Instance *self = instance;
-    Weights weights = {.time = 0.0};
+    Sensitivity weights = {0};
     if (!layer_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
         !layer_present(self, __func__, unknowns, nUnknowns) || !layer_present(self, __func__, knowns, nKnowns) ||
         !layer_present(self, __func__, seed, nSeed) || !layer_present(self, __func__, sensitivity, nSensitivity) ||

@@ -1,45 +1,45 @@
 /* Directional derivatives: tangents of the generated functions, chained through start values and delays. */
-#include "core.h"
+#include "sensitivity.h"
 
 #include <math.h>
 #include <string.h>
 
-/* A change of every variable that takes part. */
-typedef struct {
-    double time;
-    double u[N_INPUTS + 1];
-    double x[N_STATES + 1];
-    double p[N_PARAMETERS + 1];
-    double d[N_DELAYS + 1];
-    double dx[N_STATES + 1];
-    double z[N_ALGEBRAICS + 1];
-    double dependents[N_DEPENDENTS + 1];
-    double indicators[N_INDICATORS + 1];
-} Change;
-
 static int is_start(const State *state) { return state->phase <= PHASE_INITIALIZATION; }
 
-static int add_seed(Core *core, Change *change, unsigned int reference, double seed)
+double *sensitivity_of(Sensitivity *all, unsigned int reference)
 {
-    if (!isfinite(seed))
-        return core_fail(core, "the seed %g is not a finite number", seed);
     if (reference < VR_STATES)
-        change->u[reference] += seed;
-    else if (reference < VR_DERIVATIVES)
-        change->x[reference - VR_STATES] += seed;
-    else if (reference >= VR_PARAMETERS && reference < VR_DEPENDENTS)
-        change->p[reference - VR_PARAMETERS] += seed;
-    else if (reference == VR_TIME)
-        change->time += seed;
-    else if (reference > VR_LAST)
+        return &all->u[reference];
+    if (reference < VR_DERIVATIVES)
+        return &all->x[reference - VR_STATES];
+    if (reference < VR_ALGEBRAICS)
+        return &all->dx[reference - VR_DERIVATIVES];
+    if (reference < VR_PARAMETERS)
+        return &all->z[reference - VR_ALGEBRAICS];
+    if (reference < VR_DEPENDENTS)
+        return &all->p[reference - VR_PARAMETERS];
+    if (reference < VR_TIME)
+        return &all->dependents[reference - VR_DEPENDENTS];
+    return reference == VR_TIME ? &all->time : &all->indicators[reference - VR_INDICATORS];
+}
+
+static int is_state(unsigned int reference) { return reference >= VR_STATES && reference < VR_DERIVATIVES; }
+
+/* Whether a variable is given, not computed by the model. */
+static int is_given(unsigned int reference)
+{
+    return reference < VR_STATES || (reference >= VR_PARAMETERS && reference < VR_DEPENDENTS) || reference == VR_TIME;
+}
+
+static int check(Core *core, unsigned int reference, int allowed, const char *instead)
+{
+    if (reference > VR_LAST)
         return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_LAST);
-    else
-        return core_fail(core, "'%s' is computed by the model and cannot be a known", core_names[reference]);
-    return 0;
+    return allowed ? 0 : core_fail(core, "'%s' is %s", core_names[reference], instead);
 }
 
 /* Until the run has started, start values that nobody has set follow the parameters, and all initial conditions hold. */
-static int change_starts(Core *core, Change *change)
+static int change_starts(Core *core, Sensitivity *change)
 {
     double x0[N_STATES + 1];
     core->arg[0] = core->state.p;
@@ -67,7 +67,7 @@ static int change_starts(Core *core, Change *change)
     return 0;
 }
 
-static int change_delayed(Core *core, Change *change)
+static int change_delayed(Core *core, Sensitivity *change)
 {
     double sources[N_DELAYS + 1], delays[N_DELAYS + 1];
     core->arg[0] = &core->state.time;
@@ -88,7 +88,7 @@ static int change_delayed(Core *core, Change *change)
 }
 
 /* Arguments of a function of time, states, inputs, delayed values and parameters; relations keep their side. */
-static void pass_change(Core *core, const Change *change)
+static void pass_change(Core *core, const Sensitivity *change)
 {
     static const double none[N_EVENT_VALUES + 1];
     core_pass(core, &core->state.time, core->state.x);
@@ -100,7 +100,7 @@ static void pass_change(Core *core, const Change *change)
     core->arg[11] = none;
 }
 
-static int change_outputs(Core *core, Change *change)
+static int change_outputs(Core *core, Sensitivity *change)
 {
     pass_change(core, change);
     core->res[0] = change->dx;
@@ -108,7 +108,7 @@ static int change_outputs(Core *core, Change *change)
     return core_call(core, model_rhs_tangent, "derivatives of the model equations");
 }
 
-static int change_indicators(Core *core, Change *change)
+static int change_indicators(Core *core, Sensitivity *change)
 {
     if (N_INDICATORS == 0)
         return 0;
@@ -118,7 +118,7 @@ static int change_indicators(Core *core, Change *change)
     return core_call(core, model_indicators_tangent, "derivatives of the event indicators");
 }
 
-static int change_dependents(Core *core, Change *change)
+static int change_dependents(Core *core, Sensitivity *change)
 {
     core->arg[0] = core->state.p;
     core->arg[1] = change->p;
@@ -126,38 +126,26 @@ static int change_dependents(Core *core, Change *change)
     return core_call(core, model_dependent_tangent, "derivatives of the dependent parameters");
 }
 
-static int read_change(Core *core, const Change *change, unsigned int reference, double *value)
-{
-    if (reference >= VR_STATES && reference < VR_DERIVATIVES)
-        *value = change->x[reference - VR_STATES];
-    else if (reference >= VR_DERIVATIVES && reference < VR_ALGEBRAICS)
-        *value = change->dx[reference - VR_DERIVATIVES];
-    else if (reference >= VR_ALGEBRAICS && reference < VR_PARAMETERS)
-        *value = change->z[reference - VR_ALGEBRAICS];
-    else if (reference >= VR_DEPENDENTS && reference < VR_TIME)
-        *value = change->dependents[reference - VR_DEPENDENTS];
-    else if (reference >= VR_INDICATORS && reference <= VR_LAST)
-        *value = change->indicators[reference - VR_INDICATORS];
-    else if (reference > VR_LAST)
-        return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_LAST);
-    else
-        return core_fail(core, "'%s' is not computed by the model and cannot be an unknown", core_names[reference]);
-    return 0;
-}
-
 int core_directional(Core *core, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
                      size_t n_knowns, const double *seed, double *sensitivity)
 {
-    Change change = {0};
-    for (size_t i = 0; i < n_knowns; i++)
-        if (add_seed(core, &change, knowns[i], seed[i]) != 0)
+    Sensitivity change = {0};
+    for (size_t i = 0; i < n_knowns; i++) {
+        if (!isfinite(seed[i]))
+            return core_fail(core, "the seed %g is not a finite number", seed[i]);
+        const int allowed = is_given(knowns[i]) || is_state(knowns[i]);
+        if (check(core, knowns[i], allowed, "computed by the model and cannot be a known") != 0)
             return -1;
+        *sensitivity_of(&change, knowns[i]) += seed[i];
+    }
     if (core_evaluate_outputs(core) != 0 || (is_start(&core->state) && change_starts(core, &change) != 0) ||
         (N_DELAYS > 0 && change_delayed(core, &change) != 0) || change_outputs(core, &change) != 0 ||
         change_indicators(core, &change) != 0 || change_dependents(core, &change) != 0)
         return -1;
-    for (size_t i = 0; i < n_unknowns; i++)
-        if (read_change(core, &change, unknowns[i], &sensitivity[i]) != 0)
+    for (size_t i = 0; i < n_unknowns; i++) {
+        if (check(core, unknowns[i], !is_given(unknowns[i]), "not computed by the model and cannot be an unknown") != 0)
             return -1;
+        sensitivity[i] = *sensitivity_of(&change, unknowns[i]);
+    }
     return 0;
 }
