@@ -93,6 +93,19 @@ def test_two_weak_muscles_live_in_one_slot() -> None:
     assert can_join([candidates[0], second], second, free_slots(system)) is None
 
 
+def test_a_joint_may_have_a_stop_at_each_end() -> None:
+    system = ARM.compile()
+    stops = [card for card in CARDS if card.id == "end_stop"]
+    candidates, _ = find_candidates(ARM, system, stops)
+    above, below = (next(c for c in candidates if c.card.variant == variant) for variant in ("above", "below"))
+
+    second = can_join([above], below, free_slots(system))
+
+    assert second is not None
+    assert (second.card.variant, second.site) == ("below", above.site)
+    assert second.slot != above.slot
+
+
 def test_card_that_lacks_an_entry_is_refused_by_name(tmp_path: Path) -> None:
     broken = tmp_path / "broken.toml"
     broken.write_text('id = "x"\n')

@@ -101,11 +101,8 @@ def can_join(candidates: Sequence[Candidate], other: Candidate, slots: Sequence[
         other: the effect to be added.
         slots: the free slots of the model without effects.
     """
-    mates = [mate for mate in candidates if mate.card.id == other.card.id]
-    if any(
-        not other.element or mate.element == other.element or mate.card.class_name != other.card.class_name
-        for mate in mates
-    ):
+    mates = [mate for mate in candidates if (mate.card.id, mate.card.variant) == (other.card.id, other.card.variant)]
+    if any(not other.element or mate.element == other.element for mate in mates):
         return None
     if mates:
         return Candidate(other.card, mates[0].slot, other.element, other.site)
