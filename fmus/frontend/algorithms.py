@@ -14,6 +14,7 @@ from fmus.frontend.lint.tokens import Token, tokens_of
 
 # Texts double where a variable is read twice and assigned again.
 LONGEST = 20_000
+_OF_THE_PAST = [["pre", "("], ["edge", "("], ["change", "("]]
 Texts = dict[str, str]
 
 
@@ -185,7 +186,9 @@ def _read(tokens: list[Token], texts: Mapping[str, str], all_names: set[str]) ->
     found = []
     for k, token in enumerate(tokens):
         behind = tokens[k + 1].text if k + 1 < len(tokens) else ""
-        is_own = token.kind == "name" and (k == 0 or tokens[k - 1].text != ".") and behind not in ("=", "(")
+        before = [each.text for each in tokens[max(k - 2, 0) : k]]
+        is_own = token.kind == "name" and before[-1:] != ["."] and behind not in ("=", "(")
+        is_own = is_own and before not in _OF_THE_PAST
         if token.text == "for" and token.kind == "keyword":
             raise _Leave
         if not is_own or token.text not in all_names:

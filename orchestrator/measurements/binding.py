@@ -43,7 +43,7 @@ def bind(trial_set: MeasurementSet, inputs: Sequence["Variable"], outputs: Seque
     measured = [v for v in outputs if v.name in matching.column_of]
     if not measured:
         raise MisfitError(
-            f"{trial_set.path}: no column is an output of the model; outputs: {listed(v.name for v in outputs)}; columns: {listed(columns)}; map a column to an output in [variables] of case.toml"
+            f"{trial_set.path}: no column is an output of the model; outputs: {listed(v.name for v in outputs)}; columns: {listed(columns)}; map a column to an output in [variables] of case.toml, which 'misfit import' writes: --map COLUMN=VARIABLE"
         )
     channels = {
         variable.name: read_channel(

@@ -51,6 +51,11 @@ def test_every_statement_stays_in_its_line() -> None:
     assert lines[8] == " y = a;"
 
 
+def test_what_was_before_the_event_is_read_as_it_stands() -> None:
+    text = f"{HEAD}algorithm\n  on := x > 3 or pre(on) and x > 1;\n  y := if on then 1 else 0;\n  a := y;\n  b := a;\n{END}"
+    assert "\n on = x > 3 or pre ( on ) and x > 1;\n y = if on then 1 else 0;\n" in rewritten(text, "M.mo")
+
+
 @pytest.mark.parametrize(
     "statements",
     [

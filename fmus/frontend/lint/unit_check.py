@@ -111,8 +111,10 @@ class _UnitCheck:
         lenient = _UnitCheck(self.arena, units_from=LARGEST_COUNT)
         for variable in self.arena.variables:
             self._go_to(variable["declaration"])
+            before = len(self.tolerated)
             for key in ("binding", "start", "min", "max"):
-                if (node := variable["attributes"].get(key)) is not None:
+                node = variable["attributes"].get(key)
+                if node is not None and len(self.tolerated) == before:  # what is bound starts with the same value
                     self._tolerate(partial(_UnitCheck._value, variable=variable, key=key, node=node), lenient)
 
     def _value(self, variable: Mapping[str, Any], key: str, node: int) -> None:
