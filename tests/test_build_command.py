@@ -52,7 +52,7 @@ MISTAKES = {
     "variable shared by outer": (
         f"{START}  inner Real g = 3;\n  A a;\nequation\n  der(x) = -a.y;\nend My;\nmodel A\n  outer Real g;\n  Real y = g;\nend A;\n",
         10,
-        "shared by inner and outer are not supported",
+        "'model World Real g; end World;', 'inner World world', 'outer World world' and world.g",
     ),
     "whole numbers as a vector": (
         f"{START}  Real v[3];\nequation\n  der(x) = -x;\n  v = cross({{1, 0, 0}}, {{0, x, 0}});\nend My;\n",

@@ -5,6 +5,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from fmus.errors import ModelicaError
+from fmus.frontend.lint.parser import parse
+from fmus.frontend.lint.scope import BUILT_IN, View, type_of
 from fmus.frontend.lint.sizes import wrong_sizes
 from fmus.frontend.lint.sources import NO_PACKAGES, Sources, modelica_text
 from fmus.frontend.lint.tokens import Token, tokens_of
@@ -48,21 +50,28 @@ def explained(
     sources = Sources(source, roots, packages)
     if "unbalanced" in text or "shape mismatch" in text:
         better = next(wrong_sizes(model, sources), None)
-        better = better or next(_shared(source) if "unbalanced" in text else iter(()), None)
+        better = better or next(_shared(source, sources) if "unbalanced" in text else iter(()), None)
         if better is not None:
             return better
     named = next(_statements(text, source), None) or next(_mentions(text, model, source, sources), None)
-    return f"{named or _declaration(model, source, sources)}: {_friendlier(text)}"
+    has_flows = any(token.text == "connect" for token in _tokens(source))
+    return f"{named or _declaration(model, source, sources)}: {_friendlier(text, has_flows)}"
 
 
-def _shared(source: Path) -> Iterator[str]:
-    """Variables shared by `outer`, which the compiler does not count as it should."""
-    for token in _tokens(source):
-        if token.text == "outer":
-            yield (
-                f"{source.name}:{token.line}: variables that are shared by inner and outer are not supported; give the component a "
-                "parameter or an input, and set it where the component is declared"
-            )
+def _shared(source: Path, sources: Sources) -> Iterator[str]:
+    """Bare variables shared by `outer`, which the compiler does not count as it should; it shares components."""
+    stack = list(parse(modelica_text(source), source.name))
+    while stack:
+        definition = stack.pop()
+        stack += definition.classes.values()
+        for component in definition.components.values():
+            shared = type_of(View(definition, sources), component.type_name) if "outer" in component.prefixes else None
+            if shared is not None and shared.definition.name in BUILT_IN:
+                name, kind = component.name, shared.definition.name
+                yield (
+                    f"{source.name}:{component.line}: a single variable that is shared by inner and outer is not supported; share a "
+                    f"component that has it: 'model World {kind} {name}; end World;', 'inner World world', 'outer World world' and world.{name}"
+                )
 
 
 def _reasons(message: str) -> str:
@@ -76,7 +85,7 @@ def _reasons(message: str) -> str:
     return "; ".join(reasons)[:400] or "the Modelica compiler gave no reason"
 
 
-def _friendlier(text: str) -> str:
+def _friendlier(text: str, has_flows: bool) -> str:
     for key, words in _WORDS.items():
         if key in text:
             return words
@@ -85,6 +94,8 @@ def _friendlier(text: str) -> str:
         return text
     equations, unknowns = int(counts[1]), int(counts[2])
     advice = f"add {unknowns - equations}" if unknowns > equations else f"remove {equations - unknowns}"
+    if equations > unknowns and has_flows:
+        advice += "; the flow of a connector that nothing is connected to is zero without an equation"
     return f"unbalanced model: {equations} equations for {unknowns} unknowns; {advice}"
 
 

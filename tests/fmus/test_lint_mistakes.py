@@ -39,6 +39,13 @@ MISTAKES = {
         7,
         "unbalanced model: 3 equations for 4 unknowns; add 1",
     ),
+    "a flow of a connector that nothing is connected to": (
+        "connector Port\n  Real p;\n  flow Real q;\nend Port;\nmodel Part\n  Port a;\n  outer World world;\nequation\n"
+        "  a.p = world.p;\nend Part;\nmodel World\n  Real p;\nequation\n  p = 3;\nend World;\n"
+        f"{START}  inner World world;\n  Part one, two, three;\nequation\n  connect(one.a, two.a);\n  three.a.q = 1;\n{END}",
+        16,
+        "; the flow of a connector that nothing is connected to is zero without an equation",
+    ),
     "array of the wrong size in a modifier": (
         f"{START}  FESArm.Effects.JointTorque.ViscousFriction f(n=1,\n    b={{0.2, 0.3}});\n"
         "equation\n  f.q = {x};\n  f.w = {0};\n  f.a = {0};\n  der(x) = -x;\nend My;\n",

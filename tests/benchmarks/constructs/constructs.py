@@ -99,6 +99,13 @@ CONSTRUCTS = (
         "y",
         1.5,
     ),
+    Construct(
+        "algorithm of several variables",
+        f"model M\n  {X} {Y} Real a; Boolean on;\nequation\n  {RATE}\nalgorithm\n  a := 3*x;\n  on := a > 5;\n  a := if on then 5 else a;\n"
+        "  y := 3*a;\nend M;\n",
+        "y",
+        15.0,
+    ),
     _y(
         "function with a loop",
         "",
@@ -186,6 +193,13 @@ CONSTRUCTS = (
         "der(x) = -a.y;",
         -3.0,
         "model A outer Real g; Real y; equation y = g; end A;",
+    ),
+    _rate(
+        "inner and outer component",
+        "inner World world(k=2); A a;",
+        "world.g = 3; der(x) = -a.y;",
+        -6.0,
+        "model World Real g; parameter Real k=1; end World; model A outer World world; Real y; equation y = world.k*world.g; end A;",
     ),
     _rate(
         "conditional component",
