@@ -13,7 +13,7 @@ from hil.bus.gate import TORQUES
 from hil.codecs.barrett.safety_module import Button
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame
-from hil.control.controllers import Observed, Passive
+from hil.control.controllers import Observed
 from hil.control.pilot import Decision
 from hil.control.timing import real_time_priority
 from hil.safety.cycle import Reaction
@@ -73,7 +73,7 @@ def _beat(path: Path, hang) -> None:  # type: ignore[no-untyped-def]
             time.sleep(0.002)
 
 
-class _Raises(Passive):
+class _Raises:
     """Works for a while, then raises."""
 
     broken = False
@@ -128,7 +128,7 @@ def _abort(way: str, at: int) -> int:
     return reacted or 10**6
 
 
-class _Slow(Passive):
+class _Slow:
     """Takes 60 % of a period of 2 ms, once it is told so."""
 
     def __init__(self, bench: Bench) -> None:
