@@ -111,8 +111,8 @@ BROKEN = {
     ),
     "has wrong derivatives": (
         "tangent.c",
-        "change->x[reference - VR_STATES] += seed;",
-        "change->x[reference - VR_STATES] += 2.0 * seed;",
+        "*sensitivity_of(&change, knowns[i]) += seed[i];",
+        "*sensitivity_of(&change, knowns[i]) += 2.0 * seed[i];",
         r"the derivative of 'der\(x\)' by 'x' is given as -10; its values change by -5",
     ),
     "has a start value that is no number": (
