@@ -31,7 +31,7 @@ def test_stops_at_both_ends_are_named_on_their_own_sides_with_their_values(tmp_p
 
 
 def test_a_stop_that_takes_energy_is_told_from_one_that_gives_it_back(tmp_path: Path) -> None:
-    found = diagnosed(slide_record(tmp_path, lambda x, v: _both(max(x, BELOW), v, loss=1.5), samples=250, said=True))
+    found = diagnosed(slide_record(tmp_path, lambda x, v: _both(max(x, BELOW), v, loss=1.5), samples=200, said=True))
     (effect,) = found.effects
     assert (found.verdict, effect.id, effect.variant) == ("named", "end_stop", "above with losses")
     assert {name: p.value for name, p in effect.parameters.items()} == {
