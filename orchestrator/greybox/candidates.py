@@ -36,21 +36,25 @@ class Candidate:
         return self.law.id_at(self.place.unit)
 
     @property
+    def name(self) -> str:
+        """The id, with the variant if the law has one."""
+        return f"{self.id} {self.law.variant}".rstrip()
+
+    @property
     def family(self) -> tuple[str, str]:
         """What the candidates of one law at one place have in common, whatever their first values."""
-        return f"{self.id} {self.law.variant}".rstrip(), self.place.site
+        return self.name, self.place.site
 
     @property
     def label(self) -> str:
         """Short name for progress and messages."""
-        return " at ".join(self.family)
+        return f"{self.name} at {self.place.site}"
 
     def is_apart_from(self, other: "Candidate") -> bool:
         """Whether both can be in one set: they are not one effect at one place, and none contains the other."""
         if self.place.site != other.place.site:
             return True
-        one, two = self.family[0], other.family[0]
-        return one != two and one not in other.law.contains and two not in self.law.contains
+        return self.name != other.name and self.name not in other.law.contains and other.name not in self.law.contains
 
     def begun_with(self, values: Mapping[str, float]) -> "Candidate":
         """The candidate with first values of those of its parameters that are among `values`."""

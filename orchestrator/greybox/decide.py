@@ -71,9 +71,10 @@ class Judge:
     def best_ratio(self, found: FittedSet, other: FittedSet) -> float:
         """The least error of a set over that of another, over the horizon or over whole trials where these can be predicted: what
         is slow, a charge that adds up, hardly shows in less."""
-        whole = self.error(found, WHOLE) / max(self.error(other, WHOLE), 1e-300)
-        far = whole if self.predicts(found, WHOLE) else np.inf
-        return min(self.ratio(found, other), far)
+        ratio = self.ratio(found, other)
+        if not self.predicts(found, WHOLE):
+            return ratio
+        return min(ratio, self.error(found, WHOLE) / max(self.error(other, WHOLE), 1e-300))
 
     def defeats(self, other: FittedSet, one: FittedSet) -> bool:
         """Whether a set with no more parameters predicts clearly better than another one, over some horizon, and worse over none.

@@ -389,9 +389,7 @@ class Search:
 
     def simpler(self, candidate: Candidate) -> list[Candidate]:
         """Laws at the same place that a law becomes at a limit of its parameters."""
-        same = [
-            c for c in self.candidates if c.place.site == candidate.place.site and c.family[0] in candidate.law.contains
-        ]
+        same = [c for c in self.candidates if c.place.site == candidate.place.site and c.name in candidate.law.contains]
         return list({c.id: c for c in same}.values())
 
     def _fit_again(self, candidates: tuple[Candidate, ...], about: FittedSet | None = None) -> None:

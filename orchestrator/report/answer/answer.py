@@ -136,20 +136,20 @@ def _ambiguous(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
     groups = [set(group) for group in document.get("confusable") or ()]
     for entry in document.get("ranking") or ():
         other = [{"id": id, "site": site} for id, site in _pairs(entry)]
-        different = {id for id, _ in _places(effects) ^ _places(other)}
+        different = {id for id, _ in {*map(_pair, effects)} ^ {*map(_pair, other)}}
         if different in groups:
             groups.remove(different)
             sets.append(other)
-    shared = [e for e in effects if all(_places([e]) <= _places(each) for each in sets)]
-    choices = [[e for e in each if not _places([e]) <= _places(shared)] for each in sets]
+    shared = [e for e in effects if all(_pair(e) in map(_pair, each) for each in sets)]
+    choices = [[e for e in each if _pair(e) not in map(_pair, shared)] for each in sets]
     if groups or len(sets) < 2 or not shared or not all(choices):
         return f"Something is missing, and these data cannot tell which: {_choice(document, effects)}."
     told = joined([joined(map(what, each), "and") for each in choices], "or")
     return f"{_missing(shared)}, and beside that one of these, which the data cannot tell apart: {told}."
 
 
-def _places(effects: Sequence[Mapping[str, Any]]) -> set[tuple[str, str]]:
-    return {(effect["id"], effect["site"]) for effect in effects}
+def _pair(effect: Mapping[str, Any]) -> tuple[str, str]:
+    return effect["id"], effect["site"]
 
 
 def _pairs(entry: Mapping[str, Any]) -> list[tuple[str, str]]:
