@@ -182,85 +182,136 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
   return k;
 }
 
+/* out = left right, all of nx rows and columns; one row is added after the other, which compilers do several columns at a time. */
+static void product(int nx, const double *left, const double *right, double *out) {
+  memset(out, 0, sizeof(double) * (size_t)(nx * nx));
+  for (int i = 0; i < nx; i++)
+    for (int l = 0; l < nx; l++) {
+      const double value = left[i * nx + l], *from = right + l * nx;
+      if (value != 0.0)
+        for (int j = 0; j < nx; j++) out[i * nx + j] += value * from[j];
+    }
+}
+
+static void transposed(int nx, const double *of, double *out) {
+  for (int i = 0; i < nx; i++)
+    for (int j = 0; j < nx; j++) out[j * nx + i] = of[i * nx + j];
+}
+
+/* A covariance that rounding made lopsided is what stands below its diagonal. */
+static void mirrored(int nx, double *P) {
+  for (int i = 0; i < nx; i++)
+    for (int j = 0; j < i; j++) P[j * nx + i] = P[i * nx + j];
+}
+
+static double dot(int n, const double *one, const double *other) {
+  double sum = 0;
+  for (int i = 0; i < n; i++) sum += one[i] * other[i];
+  return sum;
+}
+
 /* Minus twice the log likelihood of a trial, up to a constant, with other noise than it was filtered with: the model in lines about
  * that run. `moved` is by how much the measurements of an instant moved the states then; infinite if a variance is not positive.
- * With a `gradient` of nb + ny also that of the log likelihood by the logarithms of intensities and noise (Gupta, Mehra 1974). */
+ * With a `gradient` of nb + ny also that of the log likelihood by the logarithms of intensities and noise, and the information about
+ * them (nb + ny square, without what neighbouring instants share): backwards go r and N, the slope of the log likelihood by the state
+ * and its variance, with which the slopes by all disturbances are there (Koopman, Shephard, Biometrika 79, 1992). */
 double misfit_relinearised(const long long *sizes, const double *t, const double *transition, const double *push,
                            const double *reading, const double *missed, const double *moved, const double *spread,
-                           const double *intensity, const double *noise, double *gradient) {
-  const int n = (int)sizes[0], nx = (int)sizes[1], nb = (int)sizes[2], ny = (int)sizes[3], nn = nx * nx;
-  const int logs = gradient ? nb + ny : 0;
-  /* of each logarithm q: the slopes of P and of x, of P times a row, of a variance and of a surprise */
-  double *memory = calloc((size_t)(2 * nn + 3 * nx + logs * (nn + 2 * nx + 2)) + 1, sizeof(double)), cost = 0;
+                           const double *intensity, const double *noise, double *gradient, double *information) {
+  const int n = (int)sizes[0], nx = (int)sizes[1], nb = (int)sizes[2], ny = (int)sizes[3], nn = nx * nx, logs = nb + ny;
+  const size_t readings = gradient ? (size_t)n * (size_t)ny : 1;
+  double *memory = calloc((size_t)(3 * nn + 3 * nx + nb * (nx + 1)) + readings * (size_t)(nx + 2), sizeof(double)), cost = 0;
   if (!memory) return INFINITY;
-  double *P = memory, *A = P + nn, *x = A + nn, *ahead = x + nx, *shared = ahead + nx;
-  double *dP = shared + nx, *dx = dP + logs * nn, *dshared = dx + logs * nx, *dv = dshared + logs * nx, *de = dv + logs;
+  double *P = memory, *A = P + nn, *T = A + nn, *x = T + nn, *r = x + nx, *Nk = r + nx, *share = Nk + nx, *Nb = share + nb;
+  double *variances = Nb + nb * nx, *surprises = variances + readings, *all = surprises + readings;
   for (int i = 0; i < nx; i++) P[i * nx + i] = spread[i] * spread[i];
   for (int k = 0; k < n; k++) {
     if (k > 0) {
       const double *F = transition + (size_t)k * nn, *b = push + (size_t)k * nx * nb, span = t[k] - t[k - 1];
-      for (int i = 0; i < nx; i++) x[i] -= moved[(size_t)(k - 1) * nx + i];
-      for (int q = -1; q < logs; q++) { /* first the covariance and the mean, then their slopes */
-        double *C = q < 0 ? P : dP + q * nn, *mean = q < 0 ? x : dx + q * nx;
-        for (int i = 0; i < nx; i++) {
-          ahead[i] = 0;
-          for (int j = 0; j < nx; j++) {
-            double sum = 0;
-            for (int l = 0; l < nx; l++) sum += F[i * nx + l] * C[l * nx + j];
-            A[i * nx + j] = sum;
-            ahead[i] += F[i * nx + j] * mean[j];
-          }
+      for (int i = 0; i < nx; i++) r[i] = x[i] - moved[(size_t)(k - 1) * nx + i];
+      for (int i = 0; i < nx; i++) x[i] = dot(nx, F + i * nx, r);
+      transposed(nx, F, T);
+      product(nx, F, P, A);
+      product(nx, A, T, P);
+      mirrored(nx, P);
+      for (int q = 0; q < nb; q++) share[q] = intensity[q] * intensity[q] / span;
+      for (int i = 0; i < nx; i++)
+        for (int q = 0; q < nb; q++) {
+          const double value = b[i * nb + q] * share[q];
+          if (value != 0.0)
+            for (int j = 0; j < nx; j++) P[i * nx + j] += value * b[j * nb + q];
         }
-        for (int i = 0; i < nx; i++)
-          for (int j = 0; j <= i; j++) {
-            double sum = 0;
-            for (int l = 0; l < nx; l++) sum += A[i * nx + l] * F[j * nx + l];
-            for (int r = q < 0 ? 0 : q; r < (q < 0 ? nb : q < nb ? q + 1 : 0); r++)
-              sum += (q < 0 ? 1 : 2) * b[i * nb + r] * b[j * nb + r] * intensity[r] * intensity[r] / span;
-            C[i * nx + j] = C[j * nx + i] = sum;
-          }
-        memcpy(mean, ahead, sizeof(double) * (size_t)nx);
-      }
     }
     for (int c = 0; c < ny; c++) {
-      const double *row = reading + ((size_t)k * ny + c) * nx, seen = missed[(size_t)k * ny + c];
+      const size_t place = (size_t)k * (size_t)ny + (size_t)c, kept = gradient ? place : 0;
+      const double *row = reading + place * nx, seen = missed[place];
+      double *shared = all + kept * (size_t)nx;
       if (isnan(seen)) continue;
-      double variance = noise[c] * noise[c], surprise = seen;
-      for (int i = 0; i < nx; i++) {
-        shared[i] = 0;
-        for (int j = 0; j < nx; j++) shared[i] += P[i * nx + j] * row[j];
-        surprise -= row[i] * x[i];
-      }
-      for (int i = 0; i < nx; i++) variance += row[i] * shared[i];
+      for (int i = 0; i < nx; i++) shared[i] = dot(nx, P + i * nx, row);
+      const double variance = noise[c] * noise[c] + dot(nx, row, shared), surprise = seen - dot(nx, row, x);
       if (!(variance > 0)) {
         free(memory);
         return INFINITY;
       }
       cost += surprise * surprise / variance + log(variance);
-      for (int q = 0; q < logs; q++) {
-        double *own = dshared + q * nx;
-        dv[q] = q == nb + c ? 2 * noise[c] * noise[c] : 0;
-        de[q] = 0;
+      variances[kept] = variance;
+      surprises[kept] = surprise;
+      for (int i = 0; i < nx; i++) {
+        const double gain = shared[i] / variance;
+        x[i] += gain * surprise;
+        for (int j = 0; j < nx; j++) P[i * nx + j] -= gain * shared[j];
+        if (P[i * nx + i] < 0) P[i * nx + i] = 0;
+      }
+    }
+  }
+  if (gradient) {
+    double *N = P; /* r and N begin at zero */
+    memset(N, 0, sizeof(double) * (size_t)nn);
+    memset(r, 0, sizeof(double) * (size_t)nx);
+    for (int k = n - 1; k >= 0; k--) {
+      for (int c = ny - 1; c >= 0; c--) {
+        const size_t place = (size_t)k * (size_t)ny + (size_t)c;
+        const double *row = reading + place * nx, *shared = all + place * (size_t)nx;
+        if (isnan(missed[place])) continue;
+        const double variance = variances[place], power = noise[c] * noise[c];
+        for (int i = 0; i < nx; i++) Nk[i] = dot(nx, N + i * nx, shared) / variance;
+        const double slope = surprises[place] / variance - dot(nx, shared, r) / variance;
+        const double certain = 1 / variance + dot(nx, shared, Nk) / variance;
+        gradient[nb + c] += power * (slope * slope - certain);
+        information[(nb + c) * (logs + 1)] += 2 * power * power * certain * certain;
         for (int i = 0; i < nx; i++) {
-          own[i] = 0;
-          for (int j = 0; j < nx; j++) own[i] += dP[q * nn + i * nx + j] * row[j];
-          dv[q] += row[i] * own[i];
-          de[q] -= row[i] * dx[q * nx + i];
-        }
-        gradient[q] -= (surprise * de[q] + 0.5 * (1 - surprise * surprise / variance) * dv[q]) / variance;
-        for (int i = 0; i < nx; i++) {
-          dx[q * nx + i] += (own[i] * surprise + shared[i] * (de[q] - surprise * dv[q] / variance)) / variance;
-          for (int j = 0; j <= i; j++) {
-            const double less = own[i] * shared[j] + shared[i] * own[j] - shared[i] * shared[j] * dv[q] / variance;
-            dP[q * nn + j * nx + i] = dP[q * nn + i * nx + j] -= less / variance;
-          }
+          r[i] += row[i] * slope;
+          for (int j = 0; j < nx; j++) N[i * nx + j] += row[i] * (certain * row[j] - Nk[j]) - Nk[i] * row[j];
         }
       }
-      for (int i = 0; i < nx; i++) x[i] += shared[i] / variance * surprise;
+      if (k == 0) break;
+      const double *F = transition + (size_t)k * nn, *b = push + (size_t)k * nx * nb, span = t[k] - t[k - 1];
+      memset(Nb, 0, sizeof(double) * (size_t)(nb * nx));
+      for (int q = 0; q < nb; q++) share[q] = intensity[q] * intensity[q] / span;
       for (int i = 0; i < nx; i++)
-        for (int j = 0; j < nx; j++) P[i * nx + j] -= shared[i] * shared[j] / variance;
-      for (int i = 0; i < nx; i++)
-        if (P[i * nx + i] < 0) P[i * nx + i] = 0;
+        for (int q = 0; q < nb; q++) {
+          const double value = b[i * nb + q];
+          if (value != 0.0)
+            for (int j = 0; j < nx; j++) Nb[q * nx + j] += value * N[i * nx + j];
+        }
+      for (int q = 0; q < nb; q++) {
+        double slope = 0;
+        for (int i = 0; i < nx; i++) slope += b[i * nb + q] * r[i];
+        for (int p = 0; p <= q; p++) {
+          double certain = 0;
+          for (int i = 0; i < nx; i++) certain += b[i * nb + p] * Nb[q * nx + i];
+          const double both = 2 * share[p] * share[q] * certain * certain;
+          information[p * logs + q] += both;
+          if (p < q) information[q * logs + p] += both;
+          else gradient[q] += share[q] * (slope * slope - certain);
+        }
+      }
+      transposed(nx, F, T);
+      memcpy(Nk, r, sizeof(double) * (size_t)nx);
+      for (int i = 0; i < nx; i++) r[i] = dot(nx, T + i * nx, Nk);
+      product(nx, T, N, A);
+      product(nx, A, F, N);
+      mirrored(nx, N);
     }
   }
   free(memory);

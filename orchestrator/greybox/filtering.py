@@ -121,18 +121,38 @@ class InLines:
 
     def log_likelihood(self, intensity: np.ndarray, noise: np.ndarray) -> float:
         """Of the measurements, up to a constant; minus infinity where the filter fails."""
-        return self._asked(intensity, noise, None)
+        return self._asked(intensity, noise)
 
-    def slopes(self, intensity: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Its gradient (nb + ny,) by the logarithms of intensities and noise; 0 where the filter fails."""
-        gradient = np.zeros(len(intensity) + len(noise))
-        return gradient if np.isfinite(self._asked(intensity, noise, gradient)) else np.zeros_like(gradient)
+    def slopes(self, intensity: np.ndarray, noise: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """The log likelihood, its gradient (nb + ny,) by the logarithms of intensities and noise, and the information about them
+        (nb + ny, nb + ny) without what neighbouring samples share; for about three times the cost of the first alone.
 
-    def _asked(self, intensity: np.ndarray, noise: np.ndarray, gradient: np.ndarray | None) -> float:
+        Gradient and information are 0 where the filter fails.
+        """
+        size = len(intensity) + len(noise)
+        gradient, information = np.zeros(size), np.zeros((size, size))
+        value = self._asked(intensity, noise, gradient, information)
+        if not np.isfinite(value):
+            return value, np.zeros(size), np.zeros((size, size))
+        return value, gradient, information
+
+    def _asked(
+        self,
+        intensity: np.ndarray,
+        noise: np.ndarray,
+        gradient: np.ndarray | None = None,
+        information: np.ndarray | None = None,
+    ) -> float:
         n, nx, nb = self.push.shape
         sizes = np.array([n, nx, nb, self.missed.shape[1]], dtype=np.longlong)
         own = [np.ascontiguousarray(part, dtype=float) for part in (self.spread, intensity, noise)]
-        parts = (sizes, self.time, self.transition, self.push, self.reading, self.missed, self.moved, *own, gradient)
+        parts = (
+            sizes,
+            *(self.time, self.transition, self.push, self.reading, self.missed, self.moved),
+            *own,
+            gradient,
+            information,
+        )
         places = [None if part is None else ctypes.c_void_p(part.ctypes.data) for part in parts]
         return -0.5 * float(_library().misfit_relinearised(*places))
 

@@ -196,24 +196,16 @@ class Fitter:
         The noise is estimated again; the factor is the largest over signals and trials.
         """
         total, louder = -fit.priors.cost(fit.theta), 1.0
+        tiny = self.start[0].intensity * SILENT
         for trial, own in zip(fit.trials, fit.noise, strict=True):
             work = Work(box, [trial], fit.priors)
-            tiny = self.start[0].intensity * SILENT
-            best, found = np.inf, own.sensors
-            for sensors in (own.sensors, self._rough(box, trial, fit)):
-                logs = np.log(sensors)
-
-                def objective(at: np.ndarray, work: Work = work, tiny: np.ndarray = tiny) -> float:
-                    return work.value(fit.theta, [Noise(tiny, np.exp(at))])
-
-                low = np.log(self.least_noise)
-                reached, value = _descended(
-                    objective, lambda at: _slopes(objective, at), logs, low, low + 2 * LOG_RANGE
-                )
-                if value < best:
-                    best, found = value, np.exp(reached)
-            total -= best - fit.priors.cost(fit.theta)
-            louder = max(louder, float(np.max(found / own.sensors)))
+            low = np.concatenate([np.log(tiny), np.log(self.least_noise)])
+            high = np.concatenate([np.log(tiny), np.log(self.least_noise) + 2 * LOG_RANGE])
+            starts = (own.sensors, self._rough(box, trial, fit))
+            found = [self._noise_of(work, fit.theta, Noise(tiny, sensors), low, high) for sensors in starts]
+            best, value = min(found, key=lambda each: each[1])
+            total -= value - fit.priors.cost(fit.theta)
+            louder = max(louder, float(np.max(best.sensors / own.sensors)))
         return total, louder
 
     def _rough(self, box: GreyBox, trial: Trial, fit: Fit) -> np.ndarray:
@@ -349,21 +341,22 @@ class Fitter:
 
         def of(each: tuple[Trial, Noise, Noise]) -> tuple[Noise, float]:
             trial, own, start = each
-            return self._noise_of(Work(work.box, [trial], work.priors), theta, own, start)
+            low, high = start.logs - LOG_RANGE, start.logs + LOG_RANGE
+            low[len(start.intensity) :] = np.log(self.least_noise)
+            return self._noise_of(Work(work.box, [trial], work.priors), theta, own, low, high)
 
         found = on_idle_threads(of, list(zip(work.trials, noise, self.start, strict=True)))
         return tuple(best for best, _ in found), price + sum(cost - price for _, cost in found)
 
-    def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise) -> tuple[Noise, float]:
-        nb, centre = len(noise.intensity), start.logs
-        low, high = centre - LOG_RANGE, centre + LOG_RANGE
-        low[nb:] = np.log(self.least_noise)
-        at = np.clip(noise.logs, low, high)
-
+    def _noise_of(
+        self, work: "Work", theta: np.ndarray, noise: Noise, low: np.ndarray, high: np.ndarray
+    ) -> tuple[Noise, float]:
+        """The noise of one trial within bounds of its logarithms, in a few looks at the model in lines."""
+        nb, at = len(noise.intensity), np.clip(noise.logs, low, high)
         lines = work.in_lines(theta, Noise.of(at, nb))
         value = lines.value(at)
         for _ in range(LOOKS if np.isfinite(value) else 0):
-            found, _ = _descended(lines.value, lines.slopes, at, low, high)
+            found = _descended(lines, at, low, high)
             again = work.in_lines(theta, Noise.of(found, nb))
             reached = again.value(found)
             while reached >= value and np.abs(found - at).max() > DIFFERENCE:  # too far for lines
@@ -378,66 +371,29 @@ class Fitter:
         return Noise.of(at, nb), value + work.priors.cost(theta)
 
 
-def _descended(
-    objective: Callable[[np.ndarray], float],
-    slopes: Callable[[np.ndarray], np.ndarray],
-    at: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-) -> tuple[np.ndarray, float]:
-    """Where Newton's limited steps lead within bounds, and the value there; the curvature is found once, then again if they fail."""
+def _descended(lines: "Lines", at: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Where Quasi-Newton's limited steps lead within bounds."""
     at = np.clip(at, low, high)
-    value, curvature, fresh = objective(at), np.zeros((0, 0)), False
+    value, gradient, information = lines.slopes(at)
+    curvature, fresh, small = _positive(information), True, 0
     for _ in range(2 * STEPS):
-        gradient, fresh = slopes(at), not curvature.size
-        if fresh:
-            curvature = _hessian(objective, at, value)
-        held = ((at <= low) & (gradient > 0)) | ((at >= high) & (gradient < 0))
-        step = _limited_newton(gradient, curvature, ~held)
-        gained = 0.0
-        for _ in range(4):
-            proposed = np.clip(at + step, low, high)
-            after = objective(proposed)
-            if after < value:
-                gained, at, value = value - after, proposed, after
-                break
-            step = step / 4
-        if gained < ENOUGH:
+        step = _newton(gradient, curvature, ~_held(at, gradient, low, high))
+        step *= min(1.0, FARTHEST / max(float(np.abs(step).max(initial=0.0)), 1e-300))
+        if -gradient @ step < ENOUGH:
+            break
+        before, last, highest = at, gradient, value
+        at, value = _along(lines.value, at, value, step, gradient, low, high)
+        if value == highest:  # no way down by this curvature
             if fresh:
                 break
-            curvature = np.zeros((0, 0))
-    return at, value
-
-
-def _slopes(function: Callable[[np.ndarray], float], at: np.ndarray) -> np.ndarray:
-    """Gradient by central differences."""
-    unit = DIFFERENCE * np.eye(len(at))
-    return np.array([function(at + e) - function(at - e) for e in unit]) / (2 * DIFFERENCE)
-
-
-def _hessian(function: Callable[[np.ndarray], float], at: np.ndarray, here: float) -> np.ndarray:
-    """Second derivatives by differences."""
-    n, h = len(at), DIFFERENCE
-    unit = h * np.eye(n)
-    above = np.array([function(at + e) for e in unit])
-    below = np.array([function(at - e) for e in unit])
-    hessian = np.diag((above - 2 * here + below) / h**2)
-    for i in range(n):
-        for j in range(i):
-            both = function(at + unit[i] + unit[j])
-            hessian[i, j] = hessian[j, i] = (both - above[i] - above[j] + here) / h**2
-    return hessian
-
-
-def _limited_newton(gradient: np.ndarray, hessian: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """A step downhill along the free directions, of at most `FARTHEST` in any of them."""
-    step = np.zeros(len(gradient))
-    if not free.any() or not np.isfinite(hessian).all():
-        return step
-    values, vectors = np.linalg.eigh(hessian[np.ix_(free, free)])
-    along = vectors.T @ gradient[free]
-    step[free] = -vectors @ (along / np.maximum(np.abs(values), 1e-3 * np.abs(values).max() + 1e-9))
-    return step * min(1.0, FARTHEST / max(float(np.abs(step).max()), 1e-300))
+            curvature, fresh = _positive(information), True
+            continue
+        small = small + 1 if highest - value < ENOUGH else 0
+        if small > 1:
+            break
+        value, gradient, information = lines.slopes(at)
+        curvature, fresh = _updated(curvature, at - before, gradient - last), False
+    return at
 
 
 def _held(at: np.ndarray, gradient: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -482,6 +438,13 @@ def _widths(curvature: np.ndarray, at: np.ndarray, priors: Priors) -> np.ndarray
     """Standard deviations by curvature, no wider than priors or, without one, than the values are large."""
     most = np.where(np.isfinite(priors.std), priors.std, np.maximum(np.abs(at), 1e-3))
     return np.minimum(1.0 / np.sqrt(np.maximum(curvature, 1e-300)), most)
+
+
+def _positive(curvature: np.ndarray) -> np.ndarray:
+    """A curvature whose eigenvalues are positive, none of them a thousand times smaller than another."""
+    values, vectors = np.linalg.eigh(curvature)
+    values = np.maximum(np.abs(values), 1e-3 * np.abs(values).max(initial=0.0) + 1e-9)
+    return vectors * values @ vectors.T
 
 
 def _updated(curvature: np.ndarray, moved: np.ndarray, changed: np.ndarray) -> np.ndarray:
@@ -553,18 +516,11 @@ class Work:
 
     def noise_slopes(self, theta: np.ndarray, noise: Sequence[Noise]) -> list[np.ndarray]:
         """Gradient by the logarithms of each trial's noise."""
-        return on_idle_threads(lambda each: self._alone(theta, *each).slopes(each[1].logs), self._each(noise))
+        return on_idle_threads(lambda each: self._alone(theta, *each).slopes(each[1].logs)[1], self._each(noise))
 
     def noise_curvatures(self, theta: np.ndarray, noise: Sequence[Noise]) -> list[np.ndarray]:
         """Curvature by the logarithms of each trial's noise, made positive."""
-        found = []
-        for trial, own in self._each(noise):
-            lines, at = self._alone(theta, trial, own), own.logs
-            hessian = _hessian(lines.value, at, lines.value(at))
-            values, vectors = np.linalg.eigh(hessian if np.isfinite(hessian).all() else np.eye(len(at)))
-            values = np.maximum(np.abs(values), 1e-3 * np.abs(values).max() + 1e-9)
-            found.append(vectors * values @ vectors.T)
-        return found
+        return on_idle_threads(lambda each: self._alone(theta, *each).curvature(each[1].logs), self._each(noise))
 
     def _each(self, noise: Sequence[Noise]) -> list[tuple[Trial, Noise]]:
         return list(zip(self.trials, noise, strict=True))
@@ -586,7 +542,16 @@ class Lines:
         noise = Noise.of(logs, self.balances)
         return np.inf if self.model is None else -self.model.log_likelihood(noise.intensity, noise.sensors)
 
-    def slopes(self, logs: np.ndarray) -> np.ndarray:
-        """Its gradient; 0 where it is infinite."""
+    def slopes(self, logs: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Its value, its gradient and the information; the latter are 0 where it is infinite."""
         noise = Noise.of(logs, self.balances)
-        return np.zeros(len(logs)) if self.model is None else -self.model.slopes(noise.intensity, noise.sensors)
+        if self.model is None:
+            return np.inf, np.zeros(len(logs)), np.zeros((len(logs), len(logs)))
+        value, gradient, information = self.model.slopes(noise.intensity, noise.sensors)
+        return -value, -gradient, information
+
+    def curvature(self, logs: np.ndarray) -> np.ndarray:
+        """Second derivatives by differences of slopes, made positive."""
+        here = self.slopes(logs)[1]
+        hessian = np.array([self.slopes(logs + e)[1] - here for e in DIFFERENCE * np.eye(len(logs))]) / DIFFERENCE
+        return _positive((hessian + hessian.T) / 2)

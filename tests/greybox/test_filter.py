@@ -88,7 +88,7 @@ def test_a_linear_model_in_lines_has_the_likelihood_of_a_run_with_any_other_nois
 def test_slopes_by_noise_are_those_of_runs_with_other_noise(tmp_path: Path) -> None:
     box, trial = _box(tmp_path)
     theta, logs, h = np.array([30.0]), np.log([0.4, 3e-3]), 1e-4
-    found = box.in_lines(trial.in_steps(4), theta, np.array([0.4]), np.array([3e-3])).slopes(
+    value, found, _ = box.in_lines(trial.in_steps(4), theta, np.array([0.4]), np.array([3e-3])).slopes(
         np.array([0.4]), np.array([3e-3])
     )
     for slope, step in zip(found, h * np.eye(2), strict=True):
