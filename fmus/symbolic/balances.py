@@ -7,7 +7,7 @@ enters there, so that a diagnosis needs no preparation of the model.
 
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -25,6 +25,8 @@ from fmus.symbolic.system import SymbolicSystem, Variable
 # Units that engineers write, by their SI exponents; `rad` in the state's unit tells a torque from a work.
 _FLOWS = ("N", "N.m", "W", "A", "V", "m3/s", "kg/s", "mol/s", "Pa")
 _RATES = ("1", "Pa/s", "K/s", "m/s2", "m/s", "1/s", "A/s", "V/s", "mol/(m3.s)")
+# What a lever or a gear carries over.
+FORCES = ("N", "N.m")
 _FILLING = ("W", "A", "m3/s", "kg/s", "mol/s")
 # An equation of accelerations that belong to a linkage holds rates, too; a balance of forces is preferred to it.
 UNLIKELY = 0.1
@@ -42,6 +44,7 @@ class Balance:
 
     `input` is the name of the added input; a positive value adds to der(state). `position` is the state whose derivative the
     state is, empty if there is none (a speed has a position, a temperature has none). `place` is `file:line` of the equation.
+    `shares` are factors with which forces of the model, variables by name, enter: of a lever's force its arm.
     """
 
     state: str
@@ -49,6 +52,7 @@ class Balance:
     position: str
     input: str
     place: str = ""
+    shares: Mapping[str, float] = field(default_factory=dict, hash=False)
 
 
 def with_balances(
@@ -205,11 +209,13 @@ class _BalancedBuilder(SystemBuilder):
             return dae
         equations, found, added = list(dae.equations), [], []
         self.settled = self.settled or self._paired(dae, rates, rows)
+        forces = [q.symbol for q in dae.quantities if q.derivative is None and self._is_force(q.name)]
         for index, state, sign in self.settled:
+            shares = self._shares(dae, equations[index].residual, forces, sign)
             symbol = ca.SX.sym(f"balance({state})")
             equations[index] = replace(equations[index], residual=equations[index].residual - sign * symbol)
             unit = _unit(self._dimension(index), self.declared.records[state].unit)
-            found.append(Balance(state, unit, "", symbol.name(), equations[index].place))
+            found.append(Balance(state, unit, "", symbol.name(), equations[index].place, shares))
             added.append(symbol)
             self.declared.records[symbol.name()] = Variable(symbol.name(), unit, f"adds to the balance of {state}", 0.0)
         self.declared.inputs.extend(added)
@@ -225,6 +231,27 @@ class _BalancedBuilder(SystemBuilder):
         assigned = _assigned([dae.equations[k].residual for k in rows], list(rates.values()), values, likely)
         states = list(rates)
         return [(rows[row], states[place], sign) for row, (place, sign) in assigned.items()]
+
+    def _is_force(self, name: str) -> bool:
+        with suppress(MisfitError):
+            return of_unit(self.declared.records[name].unit) in map(of_unit, FORCES)
+        return False
+
+    def _shares(self, dae: Dae, residual: ca.SX, forces: Sequence[ca.SX], sign: float) -> dict[str, float]:
+        """Factors, of parameters alone, with which forces enter a balance, with parameters as given."""
+        values = self._values(dae, *self._defaults(dae.knowns)[::2])
+        here = {s.element_hash() for s in ca.symvar(residual)}
+        given = {s.element_hash() for s in ca.symvar(dae.knowns.parameters)}
+        found = {}
+        for force in forces:
+            slope = ca.jacobian(residual, force) if force.element_hash() in here else ca.SX(1, 1)
+            free = ca.symvar(slope)
+            if slope.nnz() and all(s.element_hash() in given for s in free):
+                numbers = [values[s.element_hash()] for s in free]
+                number = float(ca.substitute(slope, ca.vertcat(*free), ca.DM(numbers)) if free else slope)
+                if np.isfinite(number) and number != 0.0:
+                    found[force.name()] = -sign * number
+        return found
 
     def _dimension(self, index: int) -> Known:
         return self._dimensions[index] if index < len(self._dimensions) else UNKNOWN

@@ -150,7 +150,8 @@ def _changes(
     terms: list[Change] = []
     for k, (name, factor) in enumerate(place.adds.items()):
         balance = by_input[name]
-        text = expression if factor > 0 else f"-({expression})"
+        size = "" if abs(factor) == 1.0 else f"{abs(factor):.12g}*"
+        text = f"{'-' * (factor < 0)}{size}({expression})" if size or factor < 0 else expression
         # Parameters are declared once; a second balance of the same law speaks of them by name.
         terms.append(
             Term(balance.state, balance.place, text, parameters if k == 0 else {}, title, states if k == 0 else ())

@@ -1,5 +1,6 @@
 """Places of a model where an effect can act, with units and the scales that the record shows there."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -10,7 +11,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.frontend.lint.dimensions import of_unit
-from fmus.symbolic.balances import Balance
+from fmus.symbolic.balances import FORCES, Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 
 # Between two stores of these anything can flow, whether the model has a way or not.
@@ -77,11 +78,29 @@ class Seen:
 
 
 def coordinate(text: str, known: Mapping[str, Any]) -> Any:
-    """The value of a coordinate: of a variable by its Modelica name, or of the difference of two, `(a - b)`."""
-    if text.startswith("("):
-        one, _, other = text[1:-1].partition(" - ")
-        return known[one] - known[other]
-    return known[text]
+    """The value of a coordinate: of a variable by its Modelica name, or of a sum of some with factors, `(a - 1.5*b)`."""
+    if not text.startswith("("):
+        return known[text]
+    first, *rest = re.split(r" ([+-]) ", text[1:-1])
+    total = _product(first, known)
+    for sign, term in zip(rest[::2], rest[1::2], strict=True):
+        value = _product(term, known)
+        total = total + value if sign == "+" else total - value
+    return total
+
+
+def _product(term: str, known: Mapping[str, Any]) -> Any:
+    factor, times, name = term.partition("*")
+    return float(factor) * known[name] if times else known[term]
+
+
+def _summed(factors: Mapping[str, float]) -> str:
+    """A sum of variables with factors, as `coordinate` reads it."""
+    text = ""
+    for name, factor in factors.items():
+        size = "" if abs(factor) == 1.0 else f"{abs(factor):.12g}*"
+        text += (" - " if factor < 0 else " + " if text else "") + size + name
+    return f"({text})" if not text.startswith(" - ") else f"(-1*{text[3:]})"
 
 
 def _rates(system: SymbolicSystem) -> tuple[list[ca.SX], ca.SX] | None:
@@ -129,13 +148,49 @@ def balance_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Se
     """
     units = {v.name: v.unit or "1" for v in system.states}
     found = [_with_storage(_own(balance, units, seen), system) for balance in balances]
+    levers = lever_places(balances, units, seen)
     linked = linked_balances(system, balances, seen)
     for i, one in enumerate(balances):
         for j, other in enumerate(balances[i + 1 :], start=i + 1):
             stored = not one.position and not other.position and one.unit in FLOWS
-            if one.unit == other.unit and (stored or (i, j) in linked):
+            carried = any({one.input, other.input} <= place.adds.keys() for place in levers)
+            if one.unit == other.unit and (stored or ((i, j) in linked and not carried)):
                 found.append(_between(one, other, units, seen))
-    return [*found, *driven_places(system, balances, seen)]
+    return [*found, *levers, *driven_places(system, balances, seen)]
+
+
+def lever_places(balances: Sequence[Balance], units: Mapping[str, str], seen: Seen) -> list[Place]:
+    """Each force of the model that enters several balances, not merely two with opposite signs, as a place: a spring at the end
+    of a beam, a torque behind a gear.
+
+    What it moves against goes with the shares that it has in the balances (principle of virtual work): a force F that adds
+    r F to a torque does the work r F dphi.
+
+    Args:
+        balances: the balances, with the forces that enter them.
+        units: of the states by name.
+        seen: what the record shows of the variables.
+    """
+    found = []
+    for name in dict.fromkeys(name for b in balances for name in b.shares):
+        shares = {b: -b.shares[name] for b in balances if name in b.shares and _is_one(b.unit, FORCES)}
+        one = next((b for b, share in shares.items() if abs(share) == 1.0), None)
+        if one is None or len(shares) < 2 or (len(shares) == 2 and sum(shares.values()) == 0.0):
+            continue
+        own = {"force": one.unit, "time": "s", "speed": units[one.state]}
+        force = max(seen.forces[b.input] / abs(share) for b, share in shares.items())
+        scales = {"force": force, "time": _duration(seen)}
+        names = {"t": "time", "v": _summed({b.state: share for b, share in shares.items()})}
+        speed = coordinate(names["v"], seen.values)
+        scales["speed"], centre = _rms(speed), _middle(speed)
+        if all(b.position for b in shares):
+            names["q"] = _summed({b.position: share for b, share in shares.items()})
+            centre = _middle(coordinate(names["q"], seen.values))
+            own |= {"position": units[one.position], "centre": units[one.position]}
+            scales |= {"position": centre[1], "centre": 1.0}
+        adds = {b.input: share for b, share in shares.items()}
+        found.append(Place("motion", name, one.unit, names, adds, own, scales, centre))
+    return found
 
 
 def linked_balances(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> set[tuple[int, int]]:
@@ -475,6 +530,7 @@ def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs:
         for other in balances[i + 1 :]:
             if one.unit == other.unit and bool(one.position) == bool(other.position):
                 found.append(_between(one, other, units, seen))
+    found += lever_places(balances, units, seen)
     found += [*driven_places(system, balances, seen), *potential_places(system, balances)]
     variables = {v.name: v for v in (*system.states, *system.algebraics)}
     moving = [v for v in system.inputs if v.name in inputs]
