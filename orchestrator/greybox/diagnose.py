@@ -449,12 +449,9 @@ def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> fl
     """Error of predictions over windows of each held-out trial, whose noise is its own."""
     fit = found.fit
     trials = held_out_trials(outcome.case)
-    none = np.zeros(1, dtype=bool)  # no tails: these values stay where they are
-    held = replace(fit.priors, mean=fit.theta, std=np.full(len(fit.theta), 1e-12), tails=none)
     try:
         start: list[Noise] = [first_noise(fit.box, [trial], outcome.case.balances, fit.theta) for trial in trials]
-        fitter = Fitter(trials, start, least_noise(trials))
-        again = fitter.fit(fit.box, fit.theta, held)
+        again = Fitter(trials, start, least_noise(trials)).noise_with(fit.box, fit.theta, fit.priors)
     except ComponentError:
         return np.inf
     windows = outcome.decision.windows

@@ -190,6 +190,19 @@ class Fitter:
                 return work.fit(theta, noise, value, ended=ended)
             work = Work(begun.box, enough, begun.priors)
 
+    def noise_with(self, box: GreyBox, theta: np.ndarray, priors: Priors) -> Fit:
+        """A fit of the noise alone, with parameters as they are.
+
+        Raises:
+            ComponentError: if the model fails with these values.
+        """
+        work = Work(box, self._in_steps(box, theta, self.start, self._first_steps()), priors)
+        noise, value = self._noise(work, theta, self.start, work.value(theta, self.start))
+        quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)
+        if reached < value - ENOUGH:
+            noise, value = quieter, reached
+        return work.fit(theta, noise, value, ended=True)
+
     def without_disturbance(self, box: GreyBox, fit: Fit) -> tuple[float, float]:
         """Log likelihood of a fit's model if nothing but sensors' noise is left, and by which factor that is larger then.
 

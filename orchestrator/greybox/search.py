@@ -505,6 +505,7 @@ def fit_set(
     candidates: Sequence[Candidate],
     noise: Sequence[Noise] | None,
     known: Mapping[str, float] = NOTHING,
+    rival: float = np.inf,
 ) -> FittedSet:
     """Fit a set: gains from zero or what they begin with, shapes from their grid.
 
@@ -513,6 +514,7 @@ def fit_set(
     Args:
         noise: what the fit begins with, of each trial; None for what is likeliest with the first values.
         known: values that some parameters begin with, by their names in the extended system.
+        rival: minus the log likelihood of another set; a fit that promises to stay far behind it is left.
 
     Raises:
         ComponentError: if the model fails from the first values on.
@@ -520,7 +522,7 @@ def fit_set(
     found: list[FittedSet] = []
     for each in begun(setting, candidates, noise, known):
         with suppress(ComponentError, np.linalg.LinAlgError):
-            found.append(FittedSet(each.candidates, setting.fitter.end(each.fit)))
+            found.append(FittedSet(each.candidates, setting.fitter.end(each.fit, rival)))
     if not found:
         raise ComponentError(f"{setting.base.name} fails with {_in_words(candidates)}")
     return min(found, key=lambda each: each.loss if np.isfinite(each.loss) else np.inf)

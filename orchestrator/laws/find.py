@@ -300,7 +300,9 @@ def _to_the_end(outcome: Outcome, law: FoundLaw) -> FoundLaw:
     fitted = [found]
     for other in with_other_held(candidate.begun_with(values)):
         with suppress(ComponentError, np.linalg.LinAlgError):
-            fitted.append(fit_set(outcome.setting, (*law.fitted.candidates[:-1], other), found.fit.noise))
+            rival = -max(each.fit.log_likelihood for each in fitted)
+            candidates = (*law.fitted.candidates[:-1], other)
+            fitted.append(fit_set(outcome.setting, candidates, found.fit.noise, rival=rival))
     least = min(each.loss for each in fitted)
     # Where the record cannot tell, what is sharpest, as dry friction and what happens at a moment are.
     found = min((each for each in fitted if each.loss <= least + TIE), key=_width)
