@@ -210,8 +210,10 @@ class _BalancedBuilder(SystemBuilder):
         equations, found, added = list(dae.equations), [], []
         self.settled = self.settled or self._paired(dae, rates, rows)
         forces = [q.symbol for q in dae.quantities if q.derivative is None and self._is_force(q.name)]
+        values = self._values(dae, *self._defaults(dae.knowns)[::2]) if forces else {}
+        given = {s.element_hash(): values.get(s.element_hash(), np.nan) for s in ca.symvar(dae.knowns.parameters)}
         for index, state, sign in self.settled:
-            shares = self._shares(dae, equations[index].residual, forces, sign)
+            shares = _shares(equations[index].residual, forces, sign, given)
             symbol = ca.SX.sym(f"balance({state})")
             equations[index] = replace(equations[index], residual=equations[index].residual - sign * symbol)
             unit = _unit(self._dimension(index), self.declared.records[state].unit)
@@ -237,24 +239,23 @@ class _BalancedBuilder(SystemBuilder):
             return of_unit(self.declared.records[name].unit) in map(of_unit, FORCES)
         return False
 
-    def _shares(self, dae: Dae, residual: ca.SX, forces: Sequence[ca.SX], sign: float) -> dict[str, float]:
-        """Factors, of parameters alone, with which forces enter a balance, with parameters as given."""
-        values = self._values(dae, *self._defaults(dae.knowns)[::2])
-        here = {s.element_hash() for s in ca.symvar(residual)}
-        given = {s.element_hash() for s in ca.symvar(dae.knowns.parameters)}
-        found = {}
-        for force in forces:
-            slope = ca.jacobian(residual, force) if force.element_hash() in here else ca.SX(1, 1)
-            free = ca.symvar(slope)
-            if slope.nnz() and all(s.element_hash() in given for s in free):
-                numbers = [values[s.element_hash()] for s in free]
-                number = float(ca.substitute(slope, ca.vertcat(*free), ca.DM(numbers)) if free else slope)
-                if np.isfinite(number) and number != 0.0:
-                    found[force.name()] = -sign * number
-        return found
-
     def _dimension(self, index: int) -> Known:
         return self._dimensions[index] if index < len(self._dimensions) else UNKNOWN
+
+
+def _shares(residual: ca.SX, forces: Sequence[ca.SX], sign: float, given: Mapping[int, float]) -> dict[str, float]:
+    """Factors with which forces enter a balance, where they are of parameters alone, whose values are `given` by hash."""
+    here = {s.element_hash() for s in ca.symvar(residual)}
+    found = {}
+    for force in (f for f in forces if f.element_hash() in here):
+        slope = ca.jacobian(residual, force)
+        free = ca.symvar(slope)
+        if slope.nnz() and all(s.element_hash() in given for s in free):
+            numbers = ca.DM([given[s.element_hash()] for s in free])
+            number = float(ca.substitute(slope, ca.vertcat(*free), numbers) if free else slope)
+            if np.isfinite(number) and number != 0.0:
+                found[force.name()] = -sign * number
+    return found
 
 
 def is_store(unit: str) -> bool:

@@ -212,6 +212,7 @@ def decide(
     unnamed: Callable[[FittedSet, Judge], str] = lambda chosen, judge: "",
     same: Callable[[FittedSet], FittedSet | None] = lambda chosen: None,
     one_model: Callable[[FittedSet, FittedSet], bool] = lambda one, other: False,
+    complete: Callable[[FittedSet], bool] = lambda found: False,
 ) -> Decision:
     """Choose a set and grade it.
 
@@ -223,12 +224,13 @@ def decide(
         unnamed: says why a set is no more than an approximation of a law that no candidate has; empty if it is not.
         same: a set that no data can tell from another one, if there is one.
         one_model: whether two sets are one model in other parameters.
+        complete: whether a set leaves nothing but noise.
     """
     ranked = _ranked(sets)
     judge = Judge.of(nominal, sets, limits, scale)
     if adequate:
         return Decision("adequate", nominal, (), ranked, 1.0, judge)
-    first = _with_plausible_values(ranked, judge)
+    first = _with_plausible_values(ranked, judge, complete)
     first = fit_more(first.candidates, None) or first if first.candidates else first
     pruned = _pruned(first, judge, fit_more, simpler)
     if pruned.candidates:  # of fewer parameters than the first choice, it has other rivals
@@ -302,16 +304,21 @@ def _undefeated(ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
     return next((s for s in ranked if not any(judge.defeats(other, s) for other in ranked)), ranked[0])
 
 
-def _with_plausible_values(ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
+def _with_plausible_values(
+    ranked: Sequence[FittedSet], judge: Judge, complete: Callable[[FittedSet], bool]
+) -> FittedSet:
     """The undefeated set; of those without surprising parameters if there is one, unless that predicts by far worse.
 
-    An inertia that is twice what the data sheet says stands for what no candidate is, as long as others predict nearly as well.
+    An inertia that is twice what the data sheet says stands for what no candidate is, as long as others predict nearly as well and
+    something is left. Of sets that leave nothing, the likelier one is right, with what a surprising value costs in it.
     """
     likeliest = _undefeated(ranked, judge)
     plausible = [s for s in ranked if s.candidates and surprise(s) < judge.limits.surprising]
     if not plausible or surprise(likeliest) < judge.limits.surprising:
         return likeliest
     best = _undefeated(plausible, judge)
+    if judge.beyond_doubt(likeliest, best) and likeliest.counted <= best.counted and complete(likeliest):
+        return likeliest
     return likeliest if judge.best_ratio(likeliest, best) ** 2 < judge.limits.complete_share else best
 
 

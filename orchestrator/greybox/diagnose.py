@@ -217,6 +217,7 @@ def decided(
             unnamed,
             same,
             lambda one, other: is_same_model(one, other, nominal, limits),
+            lambda found: leaves_nothing(setting.fitter, found.fit, limits.quiet),
         )
 
     def unnamed(chosen: FittedSet, judge: Judge) -> str:

@@ -101,3 +101,34 @@ def test_friction_at_the_end_of_a_beam_is_named_there_and_written_with_its_arm(t
     assert [q.name for q in changed.states] == [q.name for q in given.states] == list(state)
     assert np.isclose(rates[1]["v"] - rates[0]["v"], -force / 8)
     assert np.isclose(rates[1]["w"] - rates[0]["w"], -0.7 * force / 1.5)
+
+
+GEAR = """model Gear
+  parameter Real N = 5 "Turns of the motor for one of the load";
+  parameter Real J1(unit="kg.m2") = 0.01;
+  parameter Real J2(unit="kg.m2") = 0.4;
+  parameter Real k(unit="N.m/rad") = 80;
+  input Real u(unit="N.m");
+  Real q1(unit="rad", start=0, fixed=true);
+  Real q2(unit="rad", start=0, fixed=true);
+  Real w1(unit="rad/s", start=0, fixed=true);
+  output Real w2(unit="rad/s", start=0, fixed=true);
+  Real shaft(unit="N.m");
+equation
+  der(q1) = w1;
+  der(q2) = w2;
+  shaft = k*(q1/N - q2);
+  J1*der(w1) = u - shaft/N;
+  J2*der(w2) = shaft;
+end Gear;
+"""
+
+
+def test_a_torque_behind_a_gear_works_against_the_twist_of_its_shaft(tmp_path: Path) -> None:
+    (tmp_path / "Gear.mo").write_text(GEAR)
+    system, balances = find_modelica_model(f"{tmp_path / 'Gear.mo'}:Gear").balanced()
+    place = {p.site: p for p in unscaled_places(system, balances, ["u"])}["shaft"]
+    states = {"w1": 10.0, "w2": 1.5, "q1": 2.0, "q2": 0.1}
+    assert np.isclose(coordinate(place.coordinates["v"], states), 10.0 / 5 - 1.5)
+    assert np.isclose(coordinate(place.coordinates["q"], states), 2.0 / 5 - 0.1)
+    assert place.adds == {"balance(w1)": 0.2, "balance(w2)": -1.0}
