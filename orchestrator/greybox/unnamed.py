@@ -46,7 +46,7 @@ def series_of_laws(chosen: FittedSet, limits: Thresholds) -> str:
     law, however closely, as a reason for doubt; empty if it is none."""
     sites = {c.place.site for c in chosen.candidates}
     on = [_depends_on(c) for c in chosen.candidates]
-    if chosen.size < limits.most_effects or len(sites) > 1 or any(own != on[0] or len(own) != 1 for own in on):
+    if chosen.size < max(limits.most_effects, 2) or len(sites) > 1 or any(own != on[0] or len(own) != 1 for own in on):
         return ""
     variable = chosen.candidates[0].place.coordinates[next(iter(on[0]))]
     return f"some other force over {variable} predicts what only {chosen.size} effects together do"
