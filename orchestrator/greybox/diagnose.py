@@ -34,7 +34,7 @@ from orchestrator.greybox.same_model import is_same_model
 from orchestrator.greybox.search import FittedSet, Search, Setting, refitted
 from orchestrator.greybox.tape import force_input, retaped_case, taped_case
 from orchestrator.greybox.thresholds import Thresholds
-from orchestrator.greybox.unnamed import series_of_laws, unnamed_force
+from orchestrator.greybox.unnamed import unnamed_force
 from orchestrator.greybox.witness import witnesses
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
@@ -221,8 +221,8 @@ def decided(
         )
 
     def unnamed(chosen: FittedSet, judge: Judge) -> str:
-        if (series := series_of_laws(chosen, limits)) or leaves_nothing(setting.fitter, chosen.fit, limits.quiet):
-            return series
+        if leaves_nothing(setting.fitter, chosen.fit, limits.quiet):
+            return ""
         return unnamed_force(chosen, [c.place for c in candidates], setting, judge)
 
     def same(chosen: FittedSet) -> FittedSet | None:

@@ -96,11 +96,15 @@ def _product(term: str, known: Mapping[str, Any]) -> Any:
 
 def _summed(factors: Mapping[str, float]) -> str:
     """A sum of variables with factors, as `coordinate` reads it."""
-    text = ""
-    for name, factor in factors.items():
-        size = "" if abs(factor) == 1.0 else f"{abs(factor):.12g}*"
-        text += (" - " if factor < 0 else " + " if text else "") + size + name
-    return f"({text})" if not text.startswith(" - ") else f"(-1*{text[3:]})"
+    (name, factor), *rest = factors.items()
+    text = _term(name, factor)
+    for name, factor in rest:
+        text += f" {'-' if factor < 0 else '+'} {_term(name, abs(factor))}"
+    return f"({text})"
+
+
+def _term(name: str, factor: float) -> str:
+    return name if factor == 1.0 else f"{factor:.12g}*{name}"
 
 
 def _rates(system: SymbolicSystem) -> tuple[list[ca.SX], ca.SX] | None:

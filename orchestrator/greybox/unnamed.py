@@ -15,7 +15,6 @@ from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.laws import Law, LawParameter
 from orchestrator.greybox.places import Place
 from orchestrator.greybox.search import FittedSet, Setting, fit_set
-from orchestrator.greybox.thresholds import Thresholds
 
 # Humps over the range of the coordinate; a speed ranges over so many times its root mean square to either side.
 HUMPS, REACH = 12, 2.0
@@ -39,17 +38,6 @@ def unnamed_force(chosen: FittedSet, places: Sequence[Place], setting: Setting, 
             better = 1 - judge.ratio(other, chosen)
             return f"some other force over {coordinate} predicts {better:.0%} better than these effects"
     return ""
-
-
-def series_of_laws(chosen: FittedSet, limits: Thresholds) -> str:
-    """Why a set that fills all room for effects with laws of one coordinate at one place is a series that approximates another
-    law, however closely, as a reason for doubt; empty if it is none."""
-    sites = {c.place.site for c in chosen.candidates}
-    on = [_depends_on(c) for c in chosen.candidates]
-    if chosen.size < max(limits.most_effects, 2) or len(sites) > 1 or any(own != on[0] or len(own) != 1 for own in on):
-        return ""
-    variable = chosen.candidates[0].place.coordinates[next(iter(on[0]))]
-    return f"some other force over {variable} predicts what only {chosen.size} effects together do"
 
 
 def _alternatives(chosen: FittedSet, places: Sequence[Place]) -> Iterator[tuple[tuple[Candidate, ...], str]]:

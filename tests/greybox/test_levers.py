@@ -6,9 +6,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from fmus.catalogue import find_modelica_model
+from fmus.symbolic.balances import Balance
 from orchestrator.diagnose import diagnose
 from orchestrator.greybox.effects import with_effects
-from orchestrator.greybox.places import coordinate, unscaled_places
+from orchestrator.greybox.places import Seen, coordinate, lever_places, unscaled_places
 from orchestrator.measurements import load_measurements
 
 BEAM = """model Beam "Rigid beam on a spring and damper at either end, pushed at its middle and by a moment"
@@ -101,6 +102,14 @@ def test_friction_at_the_end_of_a_beam_is_named_there_and_written_with_its_arm(t
     assert [q.name for q in changed.states] == [q.name for q in given.states] == list(state)
     assert np.isclose(rates[1]["v"] - rates[0]["v"], -force / 8)
     assert np.isclose(rates[1]["w"] - rates[0]["w"], -0.7 * force / 1.5)
+
+
+def test_a_lever_whose_first_balance_has_a_negative_arm_reads_as_it_is_written() -> None:
+    moment = Balance("w", "N.m", "", "balance(w)", shares={"F": 1.5})
+    force = Balance("v", "N", "", "balance(v)", shares={"F": -1.0})
+    seen = Seen({name: np.array([-1.0, 1.0]) for name in ("time", "v", "w")}, {"balance(w)": 1.0, "balance(v)": 1.0})
+    (place,) = lever_places([moment, force], {"w": "rad/s", "v": "m/s"}, seen)
+    assert coordinate(place.coordinates["v"], {"w": 2.0, "v": 0.5}) == -1.5 * 2.0 + 0.5
 
 
 GEAR = """model Gear
