@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import MisfitError
+from fmus.errors import ComponentError, MisfitError
 from fmus.library import library_folders
 from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.compare.comparison import compare, within_noise
@@ -161,7 +161,16 @@ def _diagnosed(
     with threadpool_limits(limits=1, user_api="blas"):  # as in both searches
         given = compare(model_of(source, source.compile()), measurements, workers=workers, checks=checks)
     if not closed and not free_slots(source.compile()):
-        found = _by_greybox(source, measurements, given, workers, progress, laws, asked)
+        remembers = source.compile().remembers
+        try:
+            found = _by_greybox(source, measurements, given, workers, progress, laws, asked)
+        except ComponentError as error:
+            if not remembers:
+                raise
+            found = search_failed(given, error)  # events that cannot be read off the record
+        if found.verdict in NAMES and remembers and _removed(found) < LEAST_REMOVED:
+            # A filter takes events from the record; only runs say whether the model's own come when they should.
+            found = doubted(found, f"it removes {_removed(found):.0%} of the error along learning trials")
     else:
 
         def by_free_runs(measured: MeasurementSet) -> Diagnosis:

@@ -4,9 +4,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fmus.catalogue import ModelicaModel, find_modelica_model
-from fmus.errors import MisfitError
-from fmus.files import cache_folder
+from fmus.errors import MisfitError, ModelicaError
+from orchestrator.greybox.kept import MOST_ROWS
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.contract import Model
 
@@ -23,7 +25,7 @@ def is_closed(text: str) -> bool:
 
 
 def runs_as_fmu(text: str) -> bool:
-    """Whether a MODEL is an FMU or a system, or a class that keeps values from event to event."""
+    """Whether a MODEL is an FMU or a system, or a class that keeps values from event to event, which may be diagnosed as one."""
     return is_closed(text) or load_modelica(text).compile().remembers
 
 
@@ -37,25 +39,29 @@ def load_model(text: str) -> Model:
         from orchestrator.blackbox.source import fmu_model
 
         return fmu_model(Path(text))
-    from orchestrator.models.symbolic import SymbolicModel
+    from orchestrator.blackbox.of_class import class_model
 
-    source = load_modelica(text)
-    fmu = _fmu_that_remembers(source)
-    if fmu is not None:
-        from orchestrator.blackbox.source import fmu_model
-
-        return fmu_model(fmu)
-    return SymbolicModel(text, source.compile())
+    return class_model(load_modelica(text), text)
 
 
-def _fmu_that_remembers(source: ModelicaModel) -> Path | None:
-    """The FMU of a class that keeps values from event to event, which run in an FMU only; None of any other class."""
+def _is_closed_class(source: ModelicaModel) -> bool:
+    """Whether a class is diagnosed as an FMU: its states jump at events, or it keeps values from event to event beside slots."""
+    from orchestrator.models.patch import free_slots
+
     system = source.compile()
-    if not system.remembers:
-        return None
-    from fmus.package import build_fmu
+    return system.jumps or (system.remembers and bool(free_slots(system)))
 
-    return build_fmu(system, cache_folder("remembering") / source.fingerprint / f"{source.name}.fmu")
+
+def _ticks_too_fast(source: ModelicaModel, measurements: MeasurementSet) -> bool:
+    """Whether clocks of a class tick so often between samples that a record says nothing of single ticks."""
+    relations = source.compile().relations
+    if relations is None or relations.memory is None:
+        return False
+    memory, p = relations.memory, [v.start or 0.0 for v in source.compile().parameters]
+    kept = np.array(memory.start(0.0, p)).ravel()
+    period = np.array(memory.due(kept + 1.0)) - np.array(memory.due(kept))
+    step = max(float(np.median(np.diff(trial.time))) for trial in measurements.trials)
+    return bool(np.any(period * MOST_ROWS < step))
 
 
 def load_source(text: str, measurements: MeasurementSet) -> "Source":
@@ -66,15 +72,14 @@ def load_source(text: str, measurements: MeasurementSet) -> "Source":
         ComponentError: if an FMU fails while it is looked at.
     """
     source = None if is_closed(text) else load_modelica(text)
-    closed = Path(text) if source is None else _fmu_that_remembers(source)
-    if closed is not None:
-        from orchestrator.blackbox.source import FmuSource
+    if source is not None and not _is_closed_class(source) and not _ticks_too_fast(source, measurements):
+        return source
+    from orchestrator.blackbox.of_class import class_fmu
+    from orchestrator.blackbox.source import FmuSource
 
-        prepared = FmuSource.prepare(closed, measurements)
-        # A class that runs as an FMU keeps its name; where its FMU lies is nobody's business.
-        return prepared if source is None else replace(prepared, name=source.name)
-    assert source is not None
-    return source
+    prepared = FmuSource.prepare(Path(text) if source is None else class_fmu(source), measurements)
+    # A class that runs as an FMU keeps its name; where its FMU lies is nobody's business.
+    return prepared if source is None else replace(prepared, name=source.name)
 
 
 def load_modelica(text: str) -> ModelicaModel:
@@ -105,7 +110,12 @@ def with_forces(source: ModelicaModel, name: str) -> "SymbolicModel":
 
     system = source.compile()
     if not any(v.name.startswith(PREFIX) for v in system.inputs):
-        system = with_corrections(*source.balanced())
+        balanced, balances = source.balanced()
+        if balanced.kept is not None:
+            raise ModelicaError(
+                f"{name} keeps values from event to event ({', '.join(balanced.kept.names[:3])}), which fits cannot follow"
+            )
+        system = with_corrections(balanced, balances)
     forces = {v.name.removeprefix(PREFIX) for v in system.inputs if v.name.startswith(PREFIX)}
     shown = [output for output in system.outputs if output in forces]
     return SymbolicModel(name, system, shown or None)

@@ -7,6 +7,7 @@ from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.greybox.candidates import fits
+from orchestrator.greybox.kept import driven
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.places import unscaled_places
 from orchestrator.greybox.tape import can_be_taped, outline
@@ -55,8 +56,8 @@ def understood(source: Source, measurements: MeasurementSet) -> list[str]:
     if isinstance(source, FmuSource):
         return _of_fmu(source, measurements)
     system, balances = source.balanced()
-    added = {balance.input for balance in balances}
-    inputs = [v for v in system.inputs if v.name not in added]
+    names = driven(system, balances)
+    inputs = [v for v in system.inputs if v.name in names]
     outputs = [v for v in (*system.states, *system.algebraics) if v.name in system.outputs]
     lines = [
         f"Model {source.class_name}: {counted(len(system.states), 'state')}, {counted(len(inputs), 'input')}, "

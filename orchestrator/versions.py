@@ -11,6 +11,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.package import build_fmu
 from fmus.reference_files import reference_files
+from orchestrator.blackbox.of_class import class_model
 from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.blackbox.system_file import write_system
 from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
@@ -143,7 +144,7 @@ def _built(base: ModelicaModel, source: ModelicaModel, folder: Path) -> Version:
             **reference_files(system, base.stop_time_s, base.step_size_s),
         },
     )
-    return Version(source, SymbolicModel(source.name, system), file)
+    return Version(source, class_model(source), file)
 
 
 def _around(base: FmuSource, effects: Sequence[NamedEffect], folder: Path, cards: Sequence[EffectCard]) -> Version:

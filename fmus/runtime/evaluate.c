@@ -152,8 +152,11 @@ static int settle(Core *core)
     int changed, starting = core->state.phase <= PHASE_INITIALIZATION;
     if (N_EVENT_VALUES == 0 || (!starting && (core->state.phase != PHASE_STEPPING || core->state.event_mode)))
         return 0;
-    return core_settle_relations(core, core->state.time, core->state.x, starting ? SETTLE_FRESH : SETTLE_FROM_HERE,
-                                 &changed);
+    if (core_settle_relations(core, core->state.time, core->state.x, starting ? SETTLE_FRESH : SETTLE_FROM_HERE, &changed) != 0)
+        return -1;
+    if (changed)
+        core->state.steps.step = core->state.steps.error = 0.0; /* the slope has jumped */
+    return 0;
 }
 
 int core_evaluate_outputs(Core *core)

@@ -82,13 +82,13 @@ static int margin(void *context, double time, const double *x, double *least)
     return core_relation_margin(core, time, x, least);
 }
 
-/* Where delayed values break or a timed relation changes, or `end`. */
-static int piece_end(Core *core, double time, double end, double *until)
+/* Where delayed values break or a timed relation changes, or `end`; a clock that ticks there to rounding ticks at the end. */
+static int piece_end(Core *core, double time, double step, double end, double *until)
 {
     double event;
     if (core_next_time_event(core, time, &event) != 0)
         return -1;
-    *until = next_break(core, time, fmin(end, event));
+    *until = next_break(core, time, event < end - 1e-9 * step ? event : end);
     return 0;
 }
 
@@ -121,13 +121,13 @@ static int advance(Core *core, double *end)
     Integration run = {.n = N_STATES, .derivatives = derivatives, .jacobian = jacobian, .context = core,
                        .margin = N_INDICATORS > 0 ? margin : NULL, .tolerance = core->state.tolerance,
                        .nominal = core_nominals, .work = core->integrator_work, .pivots = core->integrator_pivots};
-    int known = N_DELAYS == 0 && core->outputs_valid;
+    int known = N_DELAYS == 0 && core->outputs_valid, waits = 0;
     double step = *end - core->step_start;
     if (known)
         memcpy(run.work, core->dx, N_STATES * sizeof(double));
     for (double time = core->step_start; time < *end && !core->state.event_pending;) {
         double until;
-        if (piece_end(core, time, *end, &until) != 0)
+        if (piece_end(core, time, step, *end, &until) != 0)
             return -1;
         select_pieces(core, 0.5 * (time + until));
         Outcome outcome = integrate(&run, &core->state.steps, time, until, core->state.x, known);
@@ -135,9 +135,12 @@ static int advance(Core *core, double *end)
             return explain(core, outcome, &run);
         int found = outcome == INTEGRATION_EVENT, changed = 0;
         time = found ? run.time : until;
-        if (N_EVENT_VALUES > 0 && handle_event(core, time, step, found, &changed) != 0)
+        /* What is due at the end waits for the inputs that are set there: a controller samples them in the same instant. */
+        if (N_EVENT_VALUES > 0 && !found && time >= *end && !core->state.event_mode)
+            waits = 1;
+        else if (N_EVENT_VALUES > 0 && handle_event(core, time, step, found, &changed) != 0)
             return -1;
-        known = N_DELAYS == 0 && !found && !changed;
+        known = N_DELAYS == 0 && !found && !changed && !waits;
         if (core->state.event_pending)
             *end = time;
     }

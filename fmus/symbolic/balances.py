@@ -14,13 +14,15 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from fmus.errors import MisfitError, ModelicaError
+from fmus.errors import MisfitError
 from fmus.frontend.lint.dimensions import UNKNOWN, Dimension, Known, of_unit
 from fmus.frontend.lint.unit_check import dimension_of
 from fmus.symbolic.arena import Arena
 from fmus.symbolic.build import SystemBuilder
 from fmus.symbolic.dae import Dae, Equation, Knowns, column
-from fmus.symbolic.system import SymbolicSystem, Variable
+from fmus.symbolic.reduction import Reduced
+from fmus.symbolic.solution import Solution
+from fmus.symbolic.system import KeptInputs, SymbolicSystem, Variable
 
 # Units that engineers write, by their SI exponents; `rad` in the state's unit tells a torque from a work.
 _FLOWS = ("N", "N.m", "W", "A", "V", "m3/s", "kg/s", "mol/s", "Pa")
@@ -71,29 +73,33 @@ def with_balances(
     Raises:
         ModelicaError: for a construct outside the supported subset.
     """
-    builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
+    builder = _builder(dae, name, description)
     system = builder.build()
     states = {v.name for v in system.states}
     if any(balance.state not in states for balance in builder.balances):
         # Of what is rigidly coupled, the speed that stays a state stands for all: a force elsewhere moves it, too.
         every, whole = builder, system
-        builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
+        builder = _builder(dae, name, description)
         builder.only = states
         system = builder.build()
         inherited = _inherited(whole, every, {balance.state for balance in builder.balances})
         if inherited:
-            builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
+            builder = _builder(dae, name, description)
             builder.only = states
             builder.settled = [*(each for each in every.settled if each[1] in states), *inherited]
             system = builder.build()
     settled = _settled(system, builder)
     if settled != list(builder.settled):
-        again = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
+        again = _builder(dae, name, description)
         again.only, again.settled = builder.only, settled
         builder, system = again, again.build()
     if builder.declared.memory:
-        raise ModelicaError(f"{name} keeps values from event to event, so its balances cannot be told")
+        system = replace(system, kept=builder.kept())
     return system, tuple(_with_position(balance, system) for balance in builder.balances)
+
+
+def _builder(dae: Mapping[str, Any], name: str, description: str) -> "_BalancedBuilder":
+    return _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description, keeps=True)
 
 
 def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[tuple[int, str, float]]:
@@ -201,7 +207,7 @@ class _BalancedBuilder(SystemBuilder):
         return known
 
     def _dae(self) -> Dae:
-        dae = super()._dae()
+        dae = self._with_memories(super()._dae())
         units_of = {q.name: self.declared.records[q.name].unit for q in dae.quantities if q.derivative is not None}
         rates = {k: own for k, own in _rates(dae, units_of).items() if self.only is None or k in self.only}
         rows = _balance_rows(dae.equations, rates, [s for k in rates if is_store(units_of[k]) for s in rates[k]])
@@ -224,6 +230,34 @@ class _BalancedBuilder(SystemBuilder):
         self.balances = tuple(found)
         knowns = Knowns(dae.knowns.time, column(self.declared.inputs), dae.knowns.delays, dae.knowns.parameters)
         return replace(dae, knowns=knowns, equations=equations)
+
+    def _with_memories(self, dae: Dae) -> Dae:
+        """What is kept from event to event as inputs, behind the model's own."""
+        memory = self.declared.memory
+        if not memory:
+            return dae
+        p = dae.knowns.parameters
+        values = self._defaults(dae.knowns)[2]
+        starts = np.array(ca.Function("start", [dae.knowns.time, p], [memory.start])(0.0, values)).ravel()
+        for symbol, start in zip(memory.symbols, starts, strict=True):
+            self.declared.records[symbol.name()] = Variable(symbol.name(), "", "kept from event to event", float(start))
+        self.declared.inputs.extend(memory.symbols)
+        return replace(dae, knowns=replace(dae.knowns, inputs=column(self.declared.inputs)))
+
+    def _solved(
+        self, reduced: Reduced, knowns: Knowns, sides: Sequence[ca.SX] = ()
+    ) -> tuple[list[ca.SX], list[ca.SX], Solution]:
+        arguments, wanted, solution = super()._solved(reduced, knowns, sides)
+        if self.declared.memory:
+            self.update = solution.function("update", arguments, [column(self.updates)])
+        return arguments, wanted, solution
+
+    def kept(self) -> KeptInputs:
+        """What is kept from event to event."""
+        memory = self.declared.memory
+        p = column(self.declared.parameters)
+        start = ca.Function("start", [self.declared.time, p], [ca.densify(memory.start)])
+        return KeptInputs(tuple(symbol.name() for symbol in memory.symbols), start, self.update)
 
     def _paired(self, dae: Dae, rates: Mapping[str, list[ca.SX]], rows: Sequence[int]) -> list[tuple[int, str, float]]:
         """Equations, the states whose balances they seem to be, and signs, from slopes at first guesses of all variables."""

@@ -83,12 +83,13 @@ class SystemBuilder:
         description: str,
         *,
         freeze: bool = False,
+        keeps: bool | None = None,
         refinements: int = 0,
         by_events: bool = False,
     ) -> None:
         self.refinements, self.by_events = refinements, by_events
         self.arena, self.source, self.name, self.description = arena, source, name, description
-        self.declared = Declarations(arena, name, keeps=freeze)
+        self.declared = Declarations(arena, name, keeps=freeze if keeps is None else keeps)
         self.evaluator = self.declared.evaluator
         memory = self.declared.memory
         self.recorder = RelationRecorder(arena, self.declared.parameters, freeze, memory.symbols)

@@ -42,6 +42,19 @@ class Remembered:
 
 
 @dataclass(frozen=True)
+class KeptInputs:
+    """What a model keeps from event to event, as inputs that stand still between events.
+
+    * `start(t, p) -> m`: what they begin with
+    * `update(t, x, u, d, p) -> m`: what they become at an event; they are among u themselves
+    """
+
+    names: tuple[str, ...]
+    start: ca.Function
+    update: ca.Function
+
+
+@dataclass(frozen=True)
 class Relations:
     """A model whose relations keep their side, given by c (1 where a relation holds, else 0), until an event.
 
@@ -93,6 +106,7 @@ class SymbolicSystem:
     `notes` tell what was assumed where the model leaves a choice.
     `contacts` tells whether it makes and breaks contact, so that steps of one length err wherever it does.
     `relations` makes events of those relations that Modelica makes events of; `rhs` evaluates them as they stand.
+    `kept` are inputs that stand for what the model keeps from event to event; None if it keeps nothing, or `relations` does.
     """
 
     name: str
@@ -113,6 +127,7 @@ class SymbolicSystem:
     notes: tuple[str, ...] = ()
     relations: Relations | None = None
     contacts: bool = False
+    kept: KeptInputs | None = None
 
     def start_of_states(self, parameters: ca.DM, inputs: ca.DM | None = None, time: float = 0.0) -> ca.DM:
         """Start values of the states at given parameters; inputs have their own start values unless given.
@@ -137,6 +152,12 @@ class SymbolicSystem:
     def remembers(self) -> bool:
         """Whether values are kept from event to event, which `rhs` does not know: there they are what they start with."""
         return self.relations is not None and self.relations.memory is not None
+
+    @property
+    def jumps(self) -> bool:
+        """Whether states can become other ones at an event, or relations have to take sides before the equations have a solution."""
+        memory = None if self.relations is None else self.relations.memory
+        return memory is not None and (memory.resets or not memory.names)
 
     @property
     def n_delays(self) -> int:

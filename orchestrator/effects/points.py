@@ -19,7 +19,8 @@ Values = dict[str, float]
 
 
 def points(system: SymbolicSystem, count: int, seed: int = 0) -> Iterator[Values]:
-    """Values of all scalars by name, with `der(x)` of the states and `time`, where all of them are finite.
+    """Values of all scalars by name, with `der(x)` of the states and `time`, where all of them are finite; what a model keeps from event
+    to event has the value that it starts with, under `pre(on)` and `on`.
 
     Args:
         system: the equations.
@@ -48,6 +49,11 @@ def points(system: SymbolicSystem, count: int, seed: int = 0) -> Iterator[Values
         )
         for variables, numbers in groups:
             values |= {v.name: float(number) for v, number in zip(variables, numbers, strict=True)}
+        if system.relations is not None and (memory := system.relations.memory) is not None:
+            kept = np.array(memory.start(time, p)).ravel()
+            starts = dict(zip(memory.names, map(float, kept), strict=True))
+            own = {k.removeprefix("pre(").removesuffix(")"): v for k, v in starts.items() if k.startswith("pre(")}
+            values |= starts | own
         yield values | {f"der({v.name})": float(rate) for v, rate in zip(system.states, dx, strict=True)}
         found += 1
         if found == count:

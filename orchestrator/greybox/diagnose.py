@@ -13,19 +13,31 @@ import numpy as np
 from scipy.special import ndtr
 from threadpoolctl import threadpool_limits
 
+from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
+from orchestrator.blackbox.of_class import class_model
 from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.compare.comparison import compare, error_left, is_refuted, with_floor_of, within_noise
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.around import fmu_with, placed
 from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between, surprise
-from orchestrator.greybox.effects import named_effects
-from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
+from orchestrator.greybox.effects import named_effects, with_effects
+from orchestrator.greybox.event_values import event_value, refined
+from orchestrator.greybox.evidence import (
+    Case,
+    all_candidates,
+    case_of,
+    case_with_events_of,
+    case_with_value,
+    held_out_trials,
+    nominal_set,
+)
 from orchestrator.greybox.explained import leaves_nothing
 from orchestrator.greybox.extended import OUTPUT, extend
 from orchestrator.greybox.fit import Fitter, Noise
 from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
+from orchestrator.greybox.kept import event_parameters
 from orchestrator.greybox.laws import Law
 from orchestrator.greybox.mirrored import is_one_delay, mirrored
 from orchestrator.greybox.prediction import foretold, squared_errors
@@ -40,7 +52,16 @@ from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.models.threads import threads
 from orchestrator.verdicts.cannot_tell import search_failed
-from orchestrator.verdicts.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict, reducible_removed
+from orchestrator.verdicts.result import (
+    Diagnosis,
+    HeldOut,
+    NamedEffect,
+    RankedSet,
+    Step,
+    Tried,
+    Verdict,
+    reducible_removed,
+)
 
 VERDICTS: dict[str, Verdict] = {
     "named": "named",
@@ -51,8 +72,9 @@ VERDICTS: dict[str, Verdict] = {
     "cannot_tell": "cannot_tell",
 }
 Progress = Callable[[str], None]
-# So many times the rates of an FMU are looked at again about the states that an answer shows.
-RETAPED = 2
+# So many times the rates of an FMU, and what a model keeps from event to event, are looked at again about the states that an
+# answer shows.
+RENEWED = 2
 # A signal counts half where its noise is one over this of its spread.
 NOISY = 5.0
 
@@ -126,13 +148,22 @@ def diagnose_greybox(
             return bool(signals) and within_noise(given, limits.within, signals)
 
         try:
-            outcome = decided(case, limits, progress, library, asked, agrees=agrees, is_within=is_within)
-            for _ in range(RETAPED if isinstance(source, FmuSource) else 0):
+            late = bool(event_parameters(case.base))
+            outcome = decided(case, limits, progress, library, asked, agrees=agrees, is_within=is_within, rare=not late)
+            for _ in range(RENEWED if isinstance(source, FmuSource) or case.base.kept else 0):
                 again = _about_its_answer(outcome, limits)
                 if again is None:
                     break
-                progress("looking at the FMU's rates once more, with what was found")
-                outcome = decided(again, limits, progress, library, asked, agrees=agrees, is_within=is_within)
+                progress("looking at the model along the record once more, with what was found")
+                outcome = decided(
+                    again, limits, progress, library, asked, agrees=agrees, is_within=is_within, rare=not late
+                )
+            if late and not _is_done(outcome, limits):
+                progress("asking for values that only events show")
+                other = _with_event_value(outcome, given, measurements, limits, workers, progress, library, asked)
+                if other is None:
+                    other = decided(outcome.case, limits, progress, library, asked, agrees=agrees, is_within=is_within)
+                outcome = other
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -141,22 +172,64 @@ def diagnose_greybox(
 
 
 def _about_its_answer(outcome: Outcome, limits: Thresholds) -> Case | None:
-    """The case with the FMU's rates as lines about what the chosen set shows; None if that changes no likelihood."""
+    """The case with the FMU's rates as lines about what the chosen set shows, or with the events that it shows; None if that
+    changes no likelihood."""
     chosen = outcome.decision.chosen
     if not chosen.candidates:
         return None
-    case = retaped_case(outcome.case, chosen.fit.box, chosen.fit.theta)
+    renewed = retaped_case if isinstance(outcome.case.source, FmuSource) else case_with_events_of
+    case = renewed(outcome.case, chosen.fit.box, chosen.fit.theta)
     setting, _ = nominal_set(case, limits)
     again = refitted(setting, chosen, setting.held)
-    return case if abs(again.loss - chosen.loss) > limits.nats else None
+    changed = chosen.loss - again.loss  # other lines of an FMU may cost some; events that are read better cost nothing
+    return case if changed > limits.nats or (isinstance(case.source, FmuSource) and -changed > limits.nats) else None
+
+
+def _is_done(outcome: Outcome, limits: Thresholds) -> bool:
+    """Whether a search explains the record, or finds nothing to explain."""
+    decision = outcome.decision
+    explained = decision.grade in ("named", "ambiguous") and decision.explained >= 1 - limits.complete_share
+    return explained or decision.grade == "adequate"
+
+
+def _with_event_value(
+    outcome: Outcome,
+    given: Comparison,
+    measurements: MeasurementSet,
+    limits: Thresholds,
+    workers: int,
+    progress: Progress,
+    library: Sequence[Law] | None,
+    asked: Sequence[str],
+) -> Outcome | None:
+    """The search about a model with another value of a parameter that only events show, if that explains the record better."""
+    wrong = event_value(outcome.case, outcome.nominal, limits.nats)
+    if wrong is None:
+        return None
+    for _ in range(RENEWED):
+        case = case_with_value(outcome.case, wrong)
+        wrong = refined(outcome.case, case, nominal_set(case, limits)[1])
+    case = case_with_value(outcome.case, wrong)
+    runs = compared(replace(outcome, case=case), outcome.nominal, given, measurements, workers)
+    found = decided(
+        case,
+        limits,
+        progress,
+        library,
+        asked,
+        agrees=lambda signals: not signals or within_noise(runs, limits.agrees, signals),
+        is_within=lambda signals: bool(signals) and within_noise(runs, limits.within, signals),
+    )
+    one, other = found.decision.chosen, outcome.decision.chosen
+    better = found.decision.grade == "adequate" or one.loss + one.price + limits.nats < other.loss
+    return found if better else None
 
 
 def _as_given(case: Case) -> SymbolicModel:
     """The model without effects, as it is run."""
-    system = case.source.compile()
     if isinstance(case.source, FmuSource):
-        return case.source.model(system, case.signals)
-    return SymbolicModel(case.source.name, system, case.signals)
+        return case.source.model(case.source.compile(), case.signals)
+    return class_model(case.source, signals=case.signals)
 
 
 def _fmu_with(case: Case, chosen: FittedSet) -> SymbolicModel:
@@ -175,6 +248,7 @@ def decided(
     *,
     agrees: Callable[[Sequence[str]], bool] = lambda signals: True,
     is_within: Callable[[Sequence[str]], bool] = lambda signals: False,
+    rare: bool = True,
 ) -> Outcome:
     """The search for effects and its decision, without held-out trials.
 
@@ -186,6 +260,7 @@ def decided(
         asked: inputs that may run otherwise between samples, which stops the search.
         agrees: whether free runs of the model as given stay within the noise of some signals; without that no model is
             adequate; `is_within`: the same, so close that it is no unknown model. Of a plant that falls over without its controller no free run can tell, and only the likelihood counts.
+        rare: whether rare effects are tried where common ones leave much.
     """
     progress("estimating how much the model leaves unexplained")
     setting, nominal = nominal_set(case, limits)
@@ -195,6 +270,8 @@ def decided(
     # A loop holds the outputs of a wrong model where they should be, sample by sample, and its free runs go astray.
     told = foretold(nominal.fit, _scale(setting), case.signals)
     adequate = (needless or (louder < limits.louder and len(told) == len(case.signals))) and agrees(told)
+    # Events that are read off a record come a moment early or late, which a filter takes for a disturbance and a run does not.
+    adequate |= case.base.kept is not None and is_within(told)
     candidates = () if adequate else all_candidates(case, nominal, library)
     common = [c for c in candidates if not c.rare]
     progress(f"{len(common)} candidates at {len({c.place.site for c in common})} places")
@@ -236,7 +313,7 @@ def decided(
         decision = decided_among(search.sets)
     # What no common effect is named for, and what is within the noise along whole trials, is no matter of rare ones.
     quiet = decision.grade not in ("named", "ambiguous") and is_within(told)
-    if len(candidates) > len(common) and not quiet and not _is_complete(decision, limits):
+    if rare and len(candidates) > len(common) and not quiet and not _is_complete(decision, limits):
         seen(decision.chosen)
         progress(f"{len(candidates) - len(common)} rare candidates beside them")
         sets = search.widen(candidates, decision.chosen)
@@ -295,11 +372,13 @@ def _answer(
 ) -> Diagnosis:
     case, decision, nominal = outcome.case, outcome.decision, outcome.nominal
     chosen = decision.chosen
-    effects = named_effects(chosen)
+    effects = (*case.changed, *named_effects(chosen))
     steps, reasons = [Step((), given)], list(decision.reasons)
     verdict = VERDICTS[decision.grade]
+    if case.changed and verdict == "adequate":
+        verdict = "named"
     after = given
-    if chosen.candidates:
+    if effects:
         progress("opening the held-out trials")
         try:
             after = compared(outcome, chosen, given, measurements, workers)
@@ -320,7 +399,7 @@ def _answer(
         steps.append(Step(effects, after))
     shown = after if named else given
     assert given.held_out is not None and shown.held_out is not None
-    unexplained = 1.0 - decision.explained
+    unexplained = 0.0 if decision.grade == "adequate" else 1.0 - decision.explained
     incomplete = verdict == "named" and max(unexplained, _left(outcome, given, after)) > limits.complete_share
     return Diagnosis(
         model=given.model,
@@ -328,7 +407,7 @@ def _answer(
         verdict=verdict,
         effects=effects if named else (),
         confusable=_confusable(decision) if verdict == "ambiguous" else (),
-        ranking=_ranking(decision, nominal),
+        ranking=_ranking(decision, nominal, case.changed),
         p_value=None,
         noise_floor=given.noise_floor,
         held_out=HeldOut(
@@ -343,7 +422,7 @@ def _answer(
         seconds=0.0,
         steps=tuple(steps),
         findings=given.findings,
-        tried=_tried(decision, nominal, named),
+        tried=_tried(decision, nominal, named, case.changed),
         incomplete=incomplete,
         unexplained_share=unexplained if chosen.candidates else None,
         best=effects if verdict == "unknown" else (),
@@ -391,7 +470,17 @@ def with_set(outcome: Outcome, chosen: FittedSet, name: str) -> SymbolicModel:
     """
     if isinstance(outcome.case.source, FmuSource):
         return _fmu_with(outcome.case, chosen)
+    if outcome.case.base.kept is not None:
+        return class_model(_class_with(outcome.case, outcome.case.source, chosen), name, outcome.case.signals)
     return SymbolicModel(name, fixed_system(outcome, chosen), outcome.case.signals)
+
+
+def _class_with(case: Case, source: ModelicaModel, chosen: FittedSet) -> ModelicaModel:
+    """The class with a set in it, as a text: what it keeps from event to event runs in its FMU only."""
+    effects = (*case.changed, *named_effects(chosen))
+    name = f"{source.class_name.rsplit('.', 1)[-1]}_with_{len(effects)}"
+    written = with_effects(source, effects, name, more=[c.law for c in chosen.candidates])
+    return replace(written, held=source.held)
 
 
 def fixed_system(outcome: Outcome, chosen: FittedSet) -> SymbolicSystem:
@@ -460,7 +549,7 @@ def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> fl
     return float(np.sqrt(np.mean(np.mean(squares, axis=0) / scale**2)))
 
 
-def _ranking(decision: Decision, nominal: FittedSet) -> tuple[RankedSet, ...]:
+def _ranking(decision: Decision, nominal: FittedSet, changed: Sequence[NamedEffect]) -> tuple[RankedSet, ...]:
     """All fitted sets, the chosen one first; `score` is the share of what the model as given leaves unexplained that is gone.
 
     Probabilities take the scatter of the difference over the record for its standard deviation.
@@ -470,13 +559,12 @@ def _ranking(decision: Decision, nominal: FittedSet) -> tuple[RankedSet, ...]:
     weights = np.array([_weight(s, decision) for s in order])
     return tuple(
         RankedSet(
-            tuple(c.id for c in s.candidates),
-            tuple(c.place.site for c in s.candidates),
+            *_ids_and_sites(s, changed),
             decision.judge.explained(s),
             float(w / weights.sum()),
         )
         for s, w in zip(order, weights, strict=True)
-        if s.candidates
+        if s.candidates or changed
     )
 
 
@@ -501,12 +589,18 @@ def _confusable(decision: Decision) -> tuple[tuple[str, ...], ...]:
     return tuple(dict.fromkeys(groups))
 
 
-def _tried(decision: Decision, nominal: FittedSet, named: bool) -> tuple[Tried, ...]:
+def _ids_and_sites(found: FittedSet, changed: Sequence[NamedEffect]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Effects of a set and where they are, behind values that were `changed` before it was looked for."""
+    ids = (*(e.id for e in changed), *(c.id for c in found.candidates))
+    return ids, (*(e.site for e in changed), *(c.place.site for c in found.candidates))
+
+
+def _tried(decision: Decision, nominal: FittedSet, named: bool, changed: Sequence[NamedEffect]) -> tuple[Tried, ...]:
     outcomes = []
     for found in decision.ranked:
-        if not found.candidates:
+        if not found.candidates and not changed:
             continue
-        ids, sites = tuple(c.id for c in found.candidates), tuple(c.place.site for c in found.candidates)
+        ids, sites = _ids_and_sites(found, changed)
         if found is decision.chosen:
             text = "named" if named else "the best set, not proven"
         elif found in decision.rivals:

@@ -13,7 +13,7 @@ from orchestrator.effects.changes import AddedState, Change, InputChange, Output
 from orchestrator.effects.write_back import write_back
 from orchestrator.greybox.candidates import Candidate, fits
 from orchestrator.greybox.expression import renamed
-from orchestrator.greybox.extended import own_inputs
+from orchestrator.greybox.kept import driven
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import Place, unscaled_places
 from orchestrator.greybox.search import FittedSet
@@ -106,7 +106,7 @@ def knows(effect: NamedEffect, base: ModelicaModel, more: Sequence[Law] = ()) ->
 
 
 def _inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> list[str]:
-    return [v.name for v in own_inputs(system, balances)]
+    return driven(system, balances)
 
 
 def _found(effect: NamedEffect, places: Sequence[Place], more: Sequence[Law] = ()) -> tuple[Law, Place] | None:

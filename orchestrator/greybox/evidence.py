@@ -1,7 +1,8 @@
 """Bring a model and its measurements together for the grey box: setting, nominal fit, candidates."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.greybox.candidates import Candidate, candidates_at, numbered
 from orchestrator.greybox.extended import extend, own_inputs
 from orchestrator.greybox.filtering import GreyBox, Trial
-from orchestrator.greybox.fit import Fitter, Priors
+from orchestrator.greybox.fit import Fitter, Noise, Priors
+from orchestrator.greybox.kept import Runs, driven, event_parameters, with_events, with_kept, with_value
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import (
     Place,
@@ -31,6 +33,7 @@ from orchestrator.greybox.prepare import first_noise, least_noise, seen_by, tria
 from orchestrator.greybox.search import FittedSet, Setting
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
+from orchestrator.verdicts.result import NamedEffect
 
 # A step that asks for the sign of a response, as a share of what the input moves over.
 STEP = 0.05
@@ -38,7 +41,11 @@ STEP = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A model with balance inputs, the measurements in its terms, and its own inputs."""
+    """A model with balance inputs, the measurements in its terms, and its own inputs.
+
+    `recorded` are the measurements without the rows and columns of events, of a model that keeps values from event to event, and
+    `changed` the values that only events show and that are others than in the model as given.
+    """
 
     source: Source
     base: SymbolicSystem
@@ -46,6 +53,8 @@ class Case:
     inputs: tuple[Variable, ...]
     data: BoundSet
     signals: tuple[str, ...]
+    recorded: BoundSet | None = None
+    changed: tuple[NamedEffect, ...] = ()
 
 
 def case_of(source: ModelicaModel, measurements: MeasurementSet) -> Case:
@@ -55,10 +64,59 @@ def case_of(source: ModelicaModel, measurements: MeasurementSet) -> Case:
         MisfitError: if the data do not fit the model.
     """
     base, balances = source.balanced()
-    inputs = own_inputs(base, balances)
+    names = driven(base, balances)
+    inputs = tuple(v for v in own_inputs(base, balances) if v.name in names)
     variables = {v.name: v for v in (*base.states, *base.algebraics)}
     data = bind(measurements, inputs, [variables[name] for name in base.outputs])
-    return Case(source, base, balances, inputs, data, data.output_names)
+    case = Case(source, base, balances, inputs, data, data.output_names)
+    return case if base.kept is None else _with_events(replace(case, recorded=data))
+
+
+def case_with_value(case: Case, effect: NamedEffect) -> Case:
+    """A case whose model has another value of a parameter that only events show."""
+    assert case.recorded is not None
+    base = with_value(case.base, effect.site, effect.parameters["share"].value)
+    return _with_events(replace(case, base=base, changed=(*case.changed, effect)))
+
+
+def _with_events(case: Case) -> Case:
+    assert case.recorded is not None
+
+    def filtered(trials: BoundSet) -> list[np.ndarray]:
+        return filtered_states(replace(case, data=trials))
+
+    return replace(case, data=with_kept(case.base, [b.input for b in case.balances], case.recorded, filtered))
+
+
+def case_with_events_of(case: Case, box: GreyBox, theta: np.ndarray) -> Case:
+    """A case with the events that the states of a model with effects show, `box` with values `theta`."""
+    assert case.recorded is not None
+    states, balances = states_with(case, box, theta), [b.input for b in case.balances]
+    runs = Runs(box.system, box.compiled.with_values([*np.zeros(len(balances)), *theta]))
+    return replace(case, data=with_events(case.base, balances, case.recorded, case.data, states, runs))
+
+
+def filtered_states(case: Case) -> list[np.ndarray]:
+    """States along each trial as a filter of the model as given shows them, (n, nx)."""
+    extended = extend(case.base, case.balances, case.signals, ())
+    box = GreyBox(extended.system, extended.outputs, extended.balances, (), case.data.trials[0].held)
+    return states_with(case, box, np.zeros(0))
+
+
+def states_with(case: Case, box: GreyBox, theta: np.ndarray) -> list[np.ndarray]:
+    """The same with values `theta` of a model with effects, whose states stand behind."""
+    found = []
+    for trial in trials_of(case.data.trials, case.base, case.signals, case.balances):
+        noise = first_noise(box, [trial], case.balances, theta)
+        found.append(_run(box, trial, theta, noise))
+    return found
+
+
+def _run(box: GreyBox, trial: Trial, theta: np.ndarray, noise: Noise) -> np.ndarray:
+    for steps in (1, 4, 16):
+        with suppress(ComponentError):
+            return box.run(trial.in_steps(steps), theta, noise.intensity, noise.sensors).mean
+    raise ComponentError(f"{box.system.name} cannot follow {trial.name}, whatever disturbs it")
 
 
 def nominal_set(case: Case, thresholds: Thresholds) -> tuple[Setting, FittedSet]:
@@ -85,6 +143,7 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
     noise = {v.name: case.data.noise_of(v.name).steady.std for v in case.inputs}
     given = input_places(case.inputs, seen, noise)
     closed = isinstance(case.source, FmuSource)
+    silent = event_parameters(case.base)
     found = [
         *with_loads(balance_places(case.base, case.balances, seen), given),
         *([] if closed else potential_places(case.base, case.balances, seen)),
@@ -92,7 +151,7 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
         *crosstalk_places(given),
         *output_places(measured, seen),
         *response_places(case.inputs, measured, seen, response_signs(case, nominal)),
-        *parameter_places(case.base, duration),
+        *(p for p in parameter_places(case.base, duration) if p.site not in silent),
     ]
     return with_others(found, (*case.base.states, *case.inputs), seen)
 

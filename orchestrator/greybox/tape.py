@@ -10,9 +10,7 @@ trajectory is filtered again with the new lines until it stays (iterated extende
 """
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -23,10 +21,9 @@ from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.ports import Description, Port
 from orchestrator.blackbox.sites import MOST_PARAMETERS, plain_sites
 from orchestrator.blackbox.source import FmuSource
-from orchestrator.greybox.evidence import Case
-from orchestrator.greybox.extended import CORRECTION, extend
+from orchestrator.greybox.evidence import Case, filtered_states, states_with
+from orchestrator.greybox.extended import CORRECTION
 from orchestrator.greybox.filtering import GreyBox
-from orchestrator.greybox.prepare import first_noise, trials_of
 from orchestrator.greybox.unit_algebra import combined
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
 
@@ -83,7 +80,7 @@ def taped_case(source: FmuSource, measurements: MeasurementSet) -> Case:
     along = [np.tile(start, (len(trial.time), 1)) for trial in data.trials]
     for _ in range(ROUNDS):
         case = _case(source, description, data, _tapes(source, data, along, ()), ())
-        before, along = along, _filtered(case)
+        before, along = along, filtered_states(case)
         spread = np.maximum(np.concatenate(along).std(axis=0), 1e-12)
         moved = max(float(np.sqrt(np.mean(((a - b) / spread) ** 2))) for a, b in zip(along, before, strict=True))
         if moved < STAYS:
@@ -107,7 +104,7 @@ def retaped_case(case: Case, box: GreyBox, theta: np.ndarray) -> Case:
     """
     assert isinstance(case.source, FmuSource)
     nx = len(case.base.states)
-    along = [states[:, :nx] for states in _states(case, box, theta)]
+    along = [states[:, :nx] for states in states_with(case, box, theta)]
     columns = len(case.inputs)
     plain = tuple(
         replace(
@@ -132,28 +129,6 @@ def _with_parameters(source: FmuSource, data: BoundSet, along: Sequence[np.ndarr
     description = source.fmu.started
     parameters = tuple(p for p in description.parameters if p.variable.start)[:MOST_PARAMETERS]
     return _case(source, description, data, _tapes(source, data, along, parameters), parameters)
-
-
-def _filtered(case: Case) -> list[np.ndarray]:
-    """States along each trial as a filter shows them, (n, nx)."""
-    extended = extend(case.base, case.balances, case.signals, ())
-    box = GreyBox(extended.system, extended.outputs, extended.balances, (), case.data.trials[0].held)
-    return _states(case, box, np.zeros(0))
-
-
-def _states(case: Case, box: GreyBox, theta: np.ndarray) -> list[np.ndarray]:
-    found = []
-    for trial in trials_of(case.data.trials, case.base, case.signals, case.balances):
-        noise = first_noise(box, [trial], case.balances, theta)
-        found.append(_run(box, trial, theta, noise))
-    return found
-
-
-def _run(box: GreyBox, trial: Any, theta: np.ndarray, noise: Any) -> np.ndarray:
-    for steps in (1, 4, 16):
-        with suppress(ComponentError):
-            return box.run(trial.in_steps(steps), theta, noise.intensity, noise.sensors).mean
-    raise ComponentError(f"{box.system.name} cannot follow {trial.name}, whatever disturbs it")
 
 
 def _tapes(source: FmuSource, data: BoundSet, along: Sequence[np.ndarray], parameters: Sequence[Port]) -> list[Tape]:

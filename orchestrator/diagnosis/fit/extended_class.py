@@ -12,6 +12,7 @@ from fmus.errors import MisfitError
 from fmus.frontend.compile import fingerprint
 from fmus.frontend.together import compile_together
 from fmus.symbolic.system import SymbolicSystem
+from orchestrator.blackbox.of_class import class_model
 from orchestrator.diagnosis.fit.thresholds import KEPT
 from orchestrator.library.cards import Candidate, EffectCard
 from orchestrator.library.user_cards import check_absence, check_class, check_slots
@@ -34,7 +35,9 @@ class ExtensibleClass:
     def model(
         self, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()
     ) -> SymbolicModel:
-        """Compiled equations."""
+        """Compiled equations, or the runs of an FMU where values are kept from event to event."""
+        if system.remembers and not free:
+            return class_model(self.source, signals=signals)
         return SymbolicModel(self.source.name, system, signals, free, self.source.held)
 
     def candidates(self, system: SymbolicSystem, cards: Sequence[EffectCard]) -> tuple[list[Candidate], list[str]]:
