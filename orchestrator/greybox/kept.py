@@ -222,10 +222,10 @@ def _functions(system: SymbolicSystem, balances: Sequence[str], runs: Runs) -> t
     kept there."""
     assert system.kept is not None
     names = [v.name for v in system.inputs]
-    symbol: Any = ca.SX.sym if runs.system.rhs.is_a("SXFunction") else ca.MX.sym
-    t, x, m = symbol("t"), symbol("x", len(runs.system.states)), symbol("m", len(system.kept.names))
+    # What an equation that is solved by iteration gives is no SX.
+    t, x, m = (ca.MX.sym(n, k) for n, k in (("t", 1), ("x", len(runs.system.states)), ("m", len(system.kept.names))))
     own = [name for name in names if name not in {*balances, *system.kept.names}]
-    given = symbol("u", len(own))
+    given = ca.MX.sym("u", len(own))
     by_name = dict(zip((*own, *system.kept.names), (*ca.vertsplit(given), *ca.vertsplit(m)), strict=True))
     u, inputs = (ca.vertcat(*(by_name.get(v.name, 0.0) for v in s.inputs)) for s in (system, runs.system))
     p, values = ca.DM(_values(system)), ca.DM(runs.values)
@@ -263,9 +263,9 @@ def event_parameters(system: SymbolicSystem) -> list[str]:
     if system.kept is None:
         return []
     names = [v.name for v in system.parameters]
-    p = ca.SX.sym("p", len(names))
+    p = ca.MX.sym("p", len(names))
     t, x, u, d = (
-        ca.SX.sym(n, k)
+        ca.MX.sym(n, k)
         for n, k in (("t", 1), ("x", len(system.states)), ("u", len(system.inputs)), ("d", system.n_delays))
     )
     seen = ca.which_depends(ca.vertcat(*system.rhs(t, x, u, d, p)), p, 1)
