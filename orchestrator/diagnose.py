@@ -98,7 +98,11 @@ def diagnose(
         return _diagnosed(source, model, measured, checks, library, workers, progress, work, laws, asked)
 
     found = _as_inputs_run(search, measurements, asked, progress, workers)
-    if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not isinstance(source, FmuSource):
+    # What a model keeps from event to event is an input for the record alone.
+    apart = (
+        isinstance(found.search, Outcome) and found.search.case.base.kept is None and not isinstance(source, FmuSource)
+    )
+    if found.verdict == "ambiguous" and apart:
         progress("choosing the next experiment")
         with threadpool_limits(limits=1, user_api="blas"), threads(workers):
             found = with_separating_experiment(found, found.search)
