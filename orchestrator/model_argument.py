@@ -29,6 +29,11 @@ def runs_as_fmu(text: str) -> bool:
     return is_closed(text) or load_modelica(text).compile().remembers
 
 
+def is_open(text: str) -> bool:
+    """Whether effects can act in the equations of a MODEL, whatever the data: a class whose states do not jump at events."""
+    return not is_closed(text) and not _is_closed_class(load_modelica(text))
+
+
 def load_model(text: str) -> Model:
     """Return the model for an FMU or system file, `FILE.mo:Class` or the name of a built-in.
 

@@ -58,7 +58,7 @@ class Model:
             if self.is_closed and not Path(self.name).is_file():
                 raise MisfitError(f"{self.name} does not exist; expected an FMU or a system file")
             if not self.is_closed:
-                self._source(None)
+                self._modelica().compile()
 
     @property
     def is_closed(self) -> bool:
@@ -319,13 +319,13 @@ class Model:
         return load_modelica(self.name) if self._version is None else cast("ModelicaModel", self._version.source)
 
     def _source(self, data: Data | None) -> "Source":
-        from orchestrator.model_argument import load_modelica, load_source, runs_as_fmu
+        from orchestrator.model_argument import is_open, load_modelica, load_source
 
         if self._version is not None:
             return self._version.source
-        if not runs_as_fmu(self.name):
-            return load_modelica(self.name)
         shown = data or self._last.get("data")
+        if shown is None and is_open(self.name):
+            return load_modelica(self.name)
         if shown is None:
             raise MisfitError(
                 f"{self.name}: where effects can act on a closed model depends on the data; compare or diagnose it first"

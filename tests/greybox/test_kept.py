@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import misfit
 from fmus.catalogue import find_modelica_model
 from fmus.errors import ComponentError
 from orchestrator.blackbox.of_class import class_model
@@ -17,6 +18,7 @@ from orchestrator.discover import discover
 from orchestrator.greybox.evidence import case_of
 from orchestrator.measurements import load_measurements
 from orchestrator.model_argument import load_source
+from orchestrator.verdicts.result import Estimate, NamedEffect
 
 ROOM = """model Room "A room whose heater is switched by a two-point controller"
   parameter Real C(unit="J/K") = 4e5;
@@ -203,6 +205,15 @@ def test_more_events_than_samples_are_refused(tmp_path: Path) -> None:
     assert found.verdict == "cannot_tell" and any("events between samples" in note for note in found.warnings)
     # So such a model is looked at from outside.
     assert isinstance(load_source(model, load_measurements(data)), FmuSource)
+
+
+def test_the_notebook_takes_models_with_events_and_adds_to_them_without_data(tmp_path: Path) -> None:
+    for text in (ROOM, BALL):
+        (tmp_path / f"{text.split()[1]}.mo").write_text(text)
+        assert misfit.Model(f"{tmp_path}/{text.split()[1]}.mo:{text.split()[1]}").outputs
+    lost = NamedEffect("heat_loss", "T", {"G": Estimate(5.0, "W/K", (5.0, 5.0)), "f0": Estimate(0.0, "W", (0.0, 0.0))})
+    better = misfit.Model(f"{tmp_path}/Room.mo:Room").add([lost])
+    assert "T" in better.outputs
 
 
 def test_a_model_whose_states_jump_is_diagnosed_as_an_fmu(tmp_path: Path) -> None:
