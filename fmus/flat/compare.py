@@ -152,9 +152,10 @@ class _Point:
             try:
                 left, right = (self.evaluator.value(tree) for tree in (equation.left, equation.right))
                 size = self.evaluator.size(equation.left) + self.evaluator.size(equation.right)
+                apart = np.asarray(left, dtype=float) - np.asarray(right, dtype=float)  # of Booleans, too
             except (Unknown, TypeError, ValueError, IndexError, ZeroDivisionError):
                 return None, 0.0
-            return np.ravel(np.asarray(np.subtract(left, right), dtype=float)), float(np.max(np.abs(size), initial=0.0))
+            return np.ravel(apart), float(np.max(np.abs(size), initial=0.0))
 
     def _outputs_error(self, equation: FlatEquation) -> tuple[int, float]:
         """`(a, b) = f(x)`."""
@@ -180,6 +181,8 @@ class _Point:
             return self._array_of(name, "{}")
         if name not in self.model.bindings and name in self.definitions:
             return self.evaluator.value(self.definitions[name])
+        if name not in self.model.bindings and f"pre({name})" in self.values:
+            return self.values[f"pre({name})"]  # what only events change is the same between them
         if name not in self.model.bindings:
             return self.functions.constant(name)
         value, sizes = self.evaluator.value(self.model.bindings[name]), self.model.sizes[name]

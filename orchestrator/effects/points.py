@@ -20,7 +20,7 @@ Values = dict[str, float]
 
 def points(system: SymbolicSystem, count: int, seed: int = 0) -> Iterator[Values]:
     """Values of all scalars by name, with `der(x)` of the states and `time`, where all of them are finite; what a model keeps from event
-    to event has the value that it starts with, under `pre(on)` and `on`.
+    to event has the value that it starts with, such as `pre(on)`.
 
     Args:
         system: the equations.
@@ -51,9 +51,7 @@ def points(system: SymbolicSystem, count: int, seed: int = 0) -> Iterator[Values
             values |= {v.name: float(number) for v, number in zip(variables, numbers, strict=True)}
         if system.relations is not None and (memory := system.relations.memory) is not None:
             kept = np.array(memory.start(time, p)).ravel()
-            starts = dict(zip(memory.names, map(float, kept), strict=True))
-            own = {k.removeprefix("pre(").removesuffix(")"): v for k, v in starts.items() if k.startswith("pre(")}
-            values |= starts | own
+            values |= dict(zip(memory.names, map(float, kept), strict=True))
         yield values | {f"der({v.name})": float(rate) for v, rate in zip(system.states, dx, strict=True)}
         found += 1
         if found == count:

@@ -387,7 +387,7 @@ def _answer(
                 given = with_floor_of(better, _as_given(case), given, measurements, workers)
                 after, steps = compared(outcome, chosen, given, measurements, workers), [Step((), given)]
             worse = worse_on_held_out(outcome, chosen, given, after, limits)
-        except ComponentError as error:
+        except MisfitError as error:  # also a class that cannot be written
             worse = f"a free run with it fails: {error}"
         if worse and verdict in ("named", "ambiguous"):
             verdict = "unknown"

@@ -130,12 +130,20 @@ def test_rounding_inside_a_function_is_no_fault(tmp_path: Path) -> None:
 def test_what_could_not_be_checked_is_counted(tmp_path: Path) -> None:
     text = (
         "model A Real x(start=1, fixed=true), y; Boolean on(start=true, fixed=true); equation der(x) = -y;"
-        " y = if on then x else 0; when x < 0.5 then on = false; end when; end A;"
+        " y = if edge(on) then x else 0; when x < 0.5 then on = false; end when; end A;"
     )
 
     notes = build_system(compiled(text, tmp_path, "A"), "A").notes
 
     assert [note.split(" independently")[0] for note in notes] == ["1 of 2 equations were not checked"]
+
+
+def test_equations_are_checked_with_what_only_events_change(tmp_path: Path) -> None:
+    text = (
+        "model A Real x(start=1, fixed=true), y; Boolean on(start=true, fixed=true); equation der(x) = -y;"
+        " y = if on then x else 0; when x < 0.5 then on = false; end when; end A;"
+    )
+    assert build_system(compiled(text, tmp_path, "A"), "A").notes == ()
 
 
 @pytest.mark.parametrize(

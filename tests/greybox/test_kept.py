@@ -216,6 +216,17 @@ def test_the_notebook_takes_models_with_events_and_adds_to_them_without_data(tmp
     assert "T" in better.outputs
 
 
+def test_a_loss_is_written_beside_a_controller_that_reads_its_own_past(tmp_path: Path) -> None:
+    """As the on-off controller of the Modelica Standard Library: an equation with `pre`, and no `when`."""
+    equation = "on = pre(on) and T < high or T < low;"
+    begin, end = ROOM.index("  when"), ROOM.index("end when;") + len("end when;")
+    (tmp_path / "Room.mo").write_text(f"{ROOM[:begin]}  {equation}{ROOM[end:]}")
+    lost = NamedEffect("heat_loss", "T", {"G": Estimate(5.0, "W/K", (5.0, 5.0)), "f0": Estimate(0.0, "W", (0.0, 0.0))})
+    better = misfit.Model(f"{tmp_path}/Room.mo:Room").add([lost])
+    better.to_modelica(tmp_path / "Better.mo")
+    assert "- heat1_G*T" in (tmp_path / "Better.mo").read_text()
+
+
 def test_a_model_whose_states_jump_is_diagnosed_as_an_fmu(tmp_path: Path) -> None:
     time = np.arange(0, 0.4, 0.01)
     trial = np.column_stack([time, 0 * time, 1 - 4.905 * time**2])
