@@ -15,7 +15,7 @@ from orchestrator.greybox.candidates import Candidate, candidates_at, numbered
 from orchestrator.greybox.extended import extend, own_inputs
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fitter, Noise, Priors
-from orchestrator.greybox.kept import Runs, driven, event_parameters, with_events, with_kept, with_value
+from orchestrator.greybox.kept import Runs, driven, event_inputs, event_parameters, with_events, with_kept, with_value
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import (
     Place,
@@ -141,7 +141,8 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
     measured = [outputs[name] for name in case.signals]
     duration = float(np.ptp(seen.values["time"])) or 1.0
     noise = {v.name: case.data.noise_of(v.name).steady.std for v in case.inputs}
-    given = input_places(case.inputs, seen, noise)
+    unseen = event_inputs(case.base)
+    given = input_places([v for v in case.inputs if v.name not in unseen], seen, noise)
     closed = isinstance(case.source, FmuSource)
     silent = event_parameters(case.base)
     found = [

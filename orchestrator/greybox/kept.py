@@ -260,19 +260,28 @@ def _functions(system: SymbolicSystem, balances: Sequence[str], runs: Runs) -> t
 
 def event_parameters(system: SymbolicSystem) -> list[str]:
     """Parameters of which events depend and no equation does."""
+    shown = _of_events_alone(system)[1]
+    return [v.name for v, alone in zip(system.parameters, shown, strict=True) if alone and v.start]
+
+
+def event_inputs(system: SymbolicSystem) -> list[str]:
+    """Inputs of which events depend and no equation does, such as a set point that is read at ticks."""
+    return [v.name for v, alone in zip(system.inputs, _of_events_alone(system)[0], strict=True) if alone]
+
+
+def _of_events_alone(system: SymbolicSystem) -> tuple[list[bool], list[bool]]:
+    """For each input and each parameter, whether events depend on it and no equation does."""
     if system.kept is None:
-        return []
-    names = [v.name for v in system.parameters]
-    p = ca.MX.sym("p", len(names))
-    t, x, u, d = (
-        ca.MX.sym(n, k)
-        for n, k in (("t", 1), ("x", len(system.states)), ("u", len(system.inputs)), ("d", system.n_delays))
-    )
-    seen = ca.which_depends(ca.vertcat(*system.rhs(t, x, u, d, p)), p, 1)
-    events = ca.which_depends(system.kept.update(t, x, u, d, p), p, 1)
-    return [
-        v.name for v, here, there in zip(system.parameters, events, seen, strict=True) if here and not there and v.start
-    ]
+        return [False] * len(system.inputs), [False] * len(system.parameters)
+    sizes = (1, len(system.states), len(system.inputs), system.n_delays, len(system.parameters))
+    t, x, u, d, p = (ca.MX.sym(name, size) for name, size in zip("txudp", sizes, strict=True))
+    equations, events = ca.vertcat(*system.rhs(t, x, u, d, p)), system.kept.update(t, x, u, d, p)
+
+    def alone(of: Any) -> list[bool]:
+        pairs = zip(ca.which_depends(events, of, 1), ca.which_depends(equations, of, 1), strict=True)
+        return [here and not there for here, there in pairs]
+
+    return alone(u), alone(p)
 
 
 def with_value(system: SymbolicSystem, name: str, share: float) -> SymbolicSystem:

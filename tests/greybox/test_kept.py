@@ -16,6 +16,7 @@ from orchestrator.compare.comparison import compare
 from orchestrator.diagnose import diagnose
 from orchestrator.discover import discover
 from orchestrator.greybox.evidence import case_of
+from orchestrator.greybox.kept import event_inputs, event_parameters
 from orchestrator.measurements import load_measurements
 from orchestrator.model_argument import load_source
 from orchestrator.verdicts.result import Estimate, NamedEffect
@@ -145,6 +146,7 @@ def test_commands_of_a_sampled_controller_are_read_off_the_record(tmp_path: Path
     model, data = furnace(tmp_path, 0.0, 1e-6)
     case = case_of(find_modelica_model(model), load_measurements(data))
     trial = case.data.trials[0]
+    assert "Tset" in event_inputs(case.base) and {"Kp", "Ti"} <= set(event_parameters(case.base))
     command = trial.inputs[:, [v.name for v in case.base.inputs].index("pre(u)")]
     T, setting = trial.outputs[:, 0], trial.inputs[:, 0]
     assert np.allclose(np.diff(trial.time), 1.0)  # ticks come at samples
