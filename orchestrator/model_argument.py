@@ -59,10 +59,11 @@ def _is_closed_class(source: ModelicaModel) -> bool:
 
 def _ticks_too_fast(source: ModelicaModel, measurements: MeasurementSet) -> bool:
     """Whether clocks of a class tick so often between samples that a record says nothing of single ticks."""
-    relations = source.compile().relations
+    system = source.compile()
+    relations = system.relations
     if relations is None or relations.memory is None:
         return False
-    memory, p = relations.memory, [v.start or 0.0 for v in source.compile().parameters]
+    memory, p = relations.memory, [v.start or 0.0 for v in system.parameters]
     kept = np.array(memory.start(0.0, p)).ravel()
     period = np.array(memory.due(kept + 1.0)) - np.array(memory.due(kept))
     step = max(float(np.median(np.diff(trial.time))) for trial in measurements.trials)

@@ -1,16 +1,12 @@
 """The model of a Modelica class: compiled equations, or its FMU where it keeps values from event to event."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from fmus.catalogue import ModelicaModel
 from fmus.files import cache_folder
 from fmus.package import build_fmu
-from orchestrator.blackbox.coupled import couple
-from orchestrator.blackbox.model import CoupledModel
-from orchestrator.blackbox.sites import plain_sites
-from orchestrator.blackbox.system_source import open_file
+from orchestrator.blackbox.source import fmu_model
 from orchestrator.models.symbolic import SymbolicModel
 
 
@@ -29,9 +25,8 @@ def class_model(source: ModelicaModel, name: str = "", signals: Sequence[str] | 
     system, name = source.compile(), name or source.name
     if not system.remembers:
         return SymbolicModel(name, system, signals, held=source.held)
-    fmu = open_file(class_fmu(source))
-    sites = replace(plain_sites(fmu.started), positions=fmu.positions())
-    return CoupledModel(name, couple(name, sites, ()), fmu, sites, signals, held=source.held)
+    model = fmu_model(class_fmu(source), name=name)
+    return model.restricted(model.signals if signals is None else signals).with_held(source.held)
 
 
 def class_fmu(source: ModelicaModel) -> Path:

@@ -264,8 +264,8 @@ def _growth(time: np.ndarray, answer: np.ndarray, power: int) -> float:
     return float(np.mean(power * answer[early] / time[early] ** power)) if abs(slope - power) < 0.4 else 0.0
 
 
-def fmu_model(path: Path, *, stepped: bool = False) -> CoupledModel:
-    """An FMU alone, to be compared with any data.
+def fmu_model(path: Path, *, stepped: bool = False, name: str = "") -> CoupledModel:
+    """An FMU alone, to be compared with any data; `name` is what it is called, by default as its file.
 
     Raises:
         FmuError: if the file is no FMU that can be run.
@@ -273,4 +273,5 @@ def fmu_model(path: Path, *, stepped: bool = False) -> CoupledModel:
     """
     fmu = open_file(path, stepped=stepped)
     sites = replace(plain_sites(fmu.started), positions=fmu.positions())
-    return CoupledModel(path.name, couple(path.name, sites, ()), fmu, sites)
+    called = name or path.name
+    return CoupledModel(called, couple(called, sites, ()), fmu, sites)

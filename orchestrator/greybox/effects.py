@@ -8,7 +8,6 @@ from pathlib import Path
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.symbolic.balances import Balance
-from fmus.symbolic.system import SymbolicSystem
 from orchestrator.effects.changes import AddedState, Change, InputChange, OutputChange, Parameter, Term
 from orchestrator.effects.write_back import write_back
 from orchestrator.greybox.candidates import Candidate, fits
@@ -56,7 +55,7 @@ def with_effects(
         ModelicaError: if the text of the model cannot be changed.
     """
     system, balances = base.balanced()
-    places = unscaled_places(system, balances, _inputs(system, balances))
+    places = unscaled_places(system, balances, driven(system, balances))
     errors = [effect for effect in effects if effect.id == "parameter_error"]
     values = {v.name: v.start or 0.0 for v in system.parameters}
     wrong = {each.site: values[each.site] * (1.0 + each.parameters["share"].value) for each in errors}
@@ -78,7 +77,7 @@ def law_effects(base: ModelicaModel, law: Law) -> list[NamedEffect]:
         MisfitError: if the card has no values, or the model no such place.
     """
     system, balances = base.balanced()
-    places = [p for p in unscaled_places(system, balances, _inputs(system, balances)) if fits(law, p)]
+    places = [p for p in unscaled_places(system, balances, driven(system, balances)) if fits(law, p)]
     if not places:
         raise MisfitError(f"{law.id} cannot be added: {base.name} has no {law.place} of unit {' or '.join(law.units)}")
     place = next((p for p in places if p.site == law.site), places[0]).widened(law.also)
@@ -102,11 +101,7 @@ def knows(effect: NamedEffect, base: ModelicaModel, more: Sequence[Law] = ()) ->
         more: laws beside the shipped ones.
     """
     system, balances = base.balanced()
-    return _found(effect, unscaled_places(system, balances, _inputs(system, balances)), more) is not None
-
-
-def _inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> list[str]:
-    return driven(system, balances)
+    return _found(effect, unscaled_places(system, balances, driven(system, balances)), more) is not None
 
 
 def _found(effect: NamedEffect, places: Sequence[Place], more: Sequence[Law] = ()) -> tuple[Law, Place] | None:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from fmus.errors import ComponentError
+from orchestrator.greybox.effects import Z90
 from orchestrator.greybox.evidence import Case, filtered_states
 from orchestrator.greybox.kept import event_parameters, with_events, with_value
 from orchestrator.greybox.prepare import trials_of
@@ -21,7 +22,6 @@ from orchestrator.verdicts.result import Estimate, NamedEffect
 SHARES, CLOSE = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3), 0.01
 # By what share of itself a share may be another when it is looked at again.
 AGAIN = 0.5
-Z90 = 1.6449
 
 
 def event_value(case: Case, nominal: FittedSet, nats: float) -> NamedEffect | None:

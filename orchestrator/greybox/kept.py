@@ -32,14 +32,6 @@ NEAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Recorded:
-    """A trial as it was recorded, with states (n, nx) at its rows."""
-
-    trial: BoundTrial
-    states: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class Runs:
     """What runs between samples: a model, or one with effects whose states stand behind, and values of its parameters."""
 
@@ -87,11 +79,12 @@ def with_events(
 ) -> BoundSet:
     """The same from states (n, nx) at all rows of the trials that were found `before`, those of events included; `runs` is the model with
     effects if the states are of one."""
-    recorded = [
-        Recorded(trial, _at(trial.time, longer.time, along))
+    functions = _functions(system, balances, runs or Runs(system, _values(system)))
+    events = (
+        _Events(system, balances, functions, trial, _at(trial.time, longer.time, along))
         for trial, longer, along in zip(data.trials, before.trials, states, strict=True)
-    ]
-    return replace(data, trials=tuple(_Events(system, balances, each, runs).trial() for each in recorded))
+    )
+    return replace(data, trials=tuple(each.trial() for each in events))
 
 
 def _values(system: SymbolicSystem) -> np.ndarray:
@@ -119,14 +112,21 @@ def _with_columns(trial: BoundTrial, columns: np.ndarray, kept: KeptInputs) -> B
 class _Events:
     """The events of one trial: between samples the model runs from the states of the last one, up to those of the next."""
 
-    def __init__(self, system: SymbolicSystem, balances: Sequence[str], recorded: Recorded, runs: Runs | None) -> None:
+    def __init__(
+        self,
+        system: SymbolicSystem,
+        balances: Sequence[str],
+        functions: tuple[ca.Function, ca.Function],
+        record: BoundTrial,
+        states: np.ndarray,
+    ) -> None:
         assert system.kept is not None
         self.name, self.kept = system.name, system.kept
-        self.record, self.states = recorded.trial, recorded.states
+        self.record, self.states = record, states
         own = [v.name for v in system.inputs if v.name not in {*balances, *self.kept.names}]
         self.held = np.array([name in self.record.held for name in own], dtype=bool)
         self.values = _values(system)
-        self.update, self.run = _functions(system, balances, runs or Runs(system, self.values))
+        self.update, self.run = functions
 
     def trial(self) -> BoundTrial:
         """The trial with its events."""
