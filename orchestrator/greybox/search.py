@@ -23,7 +23,8 @@ from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fit, Fitter, Noise, Priors, Work
 from orchestrator.greybox.periodic import frequency_of_its_own
 from orchestrator.greybox.prepare import first_noise
-from orchestrator.greybox.screen import best_subsets, normal_equations, stretches_of
+from orchestrator.greybox.proposals import Proposals
+from orchestrator.greybox.screen import normal_equations, stretches_of
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.models.threads import on_idle_threads
 
@@ -88,8 +89,8 @@ class FittedSet:
 
     @property
     def added(self) -> int:
-        """Number of effects that are more than another value of the model's own parameters."""
-        return sum(c.id != "parameter_error" for c in self.candidates)
+        """Number of effects that are more than another value of the model's own parameters and gains."""
+        return _added(self.candidates)
 
     def value(self, candidate: Candidate, parameter: str) -> tuple[float, float]:
         """Value and standard deviation of a parameter; a deviation of 0 is a held one."""
@@ -152,6 +153,7 @@ class Search:
         self.nominal = nominal
         self._extended: set[Key] = set()
         self._fitted_from: set[tuple[Key, Key]] = set()
+        self._proposed: tuple[FittedSet, Sequence[Candidate], Proposals] | None = None
         self._work: list[list[int]] = []
         self._most_work = setting.thresholds.most_work
         self.was_cut = False
@@ -159,7 +161,7 @@ class Search:
     def run(self) -> list[FittedSet]:
         """All sets that were fitted, best first."""
         limits = self.setting.thresholds
-        self._try(self._screened(self.nominal, limits.largest_set), limits.shortlist)
+        self._try(self._proposals(self.nominal).more(limits.largest_set), limits.shortlist)
         self._try_wrong_together(self.nominal)
         for number in range(limits.rounds):
             best = self.best
@@ -194,7 +196,7 @@ class Search:
         limits = self.setting.thresholds
         if one.added < limits.most_effects and one.key not in self._extended:
             self._extended.add(one.key)
-            self._try(self._screened(one, 1), limits.additions)
+            self._try(self._proposals(one).more(1), limits.additions)
             self._try_wrong_together(one)
             self._try_periodic(one)
 
@@ -230,44 +232,34 @@ class Search:
         """The set with the least cross-validated loss."""
         return min(self.fitted.values(), key=lambda s: s.loss)
 
-    def _screened(self, about: FittedSet, largest: int, *, anew: bool = False) -> list[tuple[Candidate, ...]]:
-        """Sets by linear regression about a fitted one, which they contain, or need not if they are looked for `anew`.
+    def _proposals(self, about: FittedSet) -> Proposals:
+        """What linear regression about a fitted set proposes.
 
         Laws with states of their own may be too fast for steps as long as the samples; steps become shorter then, and at last
         these laws are left out.
         """
+        if self._proposed is None or self._proposed[0] is not about or self._proposed[1] is not self.candidates:
+            self._proposed = about, self.candidates, self._by_regression(about)
+        return self._proposed[2]
+
+    def _by_regression(self, about: FittedSet) -> Proposals:
         for shorter in SHORTER:
             try:
-                return self._by_regression(about, self.candidates, largest, shorter, anew)
+                return self._linear(about, self.candidates, shorter)
             except ComponentError as error:
                 failed = error
         self.progress(f"laws with states of their own are left out: {failed}")
-        stateless = [c for c in self.candidates if not c.law.states]
-        return self._by_regression(about, stateless, largest, 1, anew)
+        return self._linear(about, [c for c in self.candidates if not c.law.states], 1)
 
-    def _by_regression(
-        self, about: FittedSet, offered: Sequence[Candidate], largest: int, shorter: int, anew: bool
-    ) -> list[tuple[Candidate, ...]]:
+    def _linear(self, about: FittedSet, offered: Sequence[Candidate], shorter: int) -> Proposals:
         mine = about.candidates
         others = [c for c in offered if c.gains and all(c.is_apart_from(own) for own in mine)]
-        everyone = (*mine, *others)
-        limits = self.setting.thresholds
-        extended = extend(self.setting.base, self.setting.balances, self.setting.signals, everyone)
-        columns = [(c, p) for c in everyone for p in c.gains]
+        columns = [(c, p) for c in (*mine, *others) for p in c.gains]
         names = [c.symbol(p) for c, p in columns]
-        box = GreyBox(
-            extended.system,
-            extended.outputs,
-            extended.balances,
-            names,
-            self.setting.held,
-            extended.begin,
-            extended.unsure,
-        )
+        box = _box(self.setting, (*mine, *others), names, self.setting.held)
         known = about.fit.values
         theta = np.array([known.get(name, 0.0) for name in names])
-        n = len(names)
-        endless = np.full(n, np.inf)
+        endless = np.full(len(names), np.inf)
         priors = Priors(theta, endless, -endless, endless)
         # Shapes that were fitted hold for the members of the set.
         shaped = [c.symbol(p) for c in mine for p in c.fitted_shapes]
@@ -275,19 +267,16 @@ class Search:
         work = Work(box, [t.in_steps(shorter * t.parts) for t in about.fit.trials], priors)
         runs = work.runs(theta, about.fit.noise, slopes=True)
         linear = replace(about.fit, box=box, theta=theta, priors=priors, runs=tuple(runs))
-        kept = list(range(sum(len(c.gains) for c in mine)))
-        limits_of = [c.limits(p) for c, p in columns]
-        signs = [
-            (c, int(low == 0.0) - int(high == 0.0)) for (c, _), (low, high) in zip(columns, limits_of, strict=True)
-        ]
-        spread = [c.spread(p) for c, p in columns]
-        normal = normal_equations(linear)
-        if anew:
-            return [s.candidates for s in best_subsets(normal.from_zero(theta), signs, (), largest, spread)]
-        found = best_subsets(normal, signs, kept, largest, spread)
-        # About none of them, one law that acts in a share is much like another: such laws come one after the other.
-        likely = [each for each in found if each.score > -limits.hopeless and _in_shares(each.candidates) <= 1]
-        return [(*mine, *each.candidates) for each in likely]
+        limits = (c.limits(p) for c, p in columns)
+        return Proposals(
+            mine,
+            normal_equations(linear),
+            tuple(c for c, _ in columns),
+            theta,
+            tuple(int(low == 0.0) - int(high == 0.0) for low, high in limits),
+            tuple(c.spread(p) for c, p in columns),
+            self.setting.thresholds.hopeless,
+        )
 
     def _try(self, sets: Sequence[tuple[Candidate, ...]], count: int) -> None:
         """Fit the first few sets that are new, among all and among those of forces alone.
@@ -332,14 +321,18 @@ class Search:
         limits = self.setting.thresholds
         if best.candidates:
             largest = min(limits.largest_set, best.size)
-            found = [each for each in self._screened(best, largest, anew=True) if _parameters(each) < best.counted]
+            found = [each for each in self._proposals(best).anew(largest) if _parameters(each) < best.counted]
             self._try(found, limits.additions)
 
     def _try_wrong_together(self, about: FittedSet) -> None:
-        """Fit a set with all parameters of the model as wrong."""
+        """Fit a set with all parameters of the model as wrong, and with those that the record shows to be."""
         together = wrong_together(self.candidates, self.setting.thresholds.most_parameters)
         if len(together) > 1:
-            self._fit((*(c for c in about.candidates if c.id != "parameter_error"), *together))
+            effects = (c for c in about.candidates if c.id != "parameter_error")
+            everything = (*effects, *together)
+            self._fit(everything)
+            if (whole := self.fitted.get(key_of(everything))) is not None:
+                self._fit(tuple(c for c in whole.candidates if c not in together or whole.evidence(c) > whole.price))
 
     def _try_periodic(self, about: FittedSet) -> None:
         """Fit a set with a periodic force beside it where what disturbs a balance has a frequency of its own."""
@@ -468,9 +461,9 @@ def _in_words(candidates: Sequence[Candidate]) -> str:
     return " and ".join(parts) or "the model as it is"
 
 
-def _in_shares(candidates: Sequence[Candidate]) -> int:
-    """Number of laws that act in some share."""
-    return sum(bool(c.shares) for c in candidates)
+def _added(candidates: Sequence[Candidate]) -> int:
+    """Number of effects that are more than another value of the model's own parameters and gains."""
+    return sum(not c.law.calibrates for c in candidates)
 
 
 def _is_possible(found: FittedSet) -> bool:
