@@ -72,7 +72,7 @@ class Candidate:
     def spread(self, parameter: LawParameter) -> float:
         """Standard deviation of a parameter's prior, without end for a gain unless the law says so; of the logarithm for one that smooths."""
         if parameter.gain:
-            return parameter.prior * parameter.scale(self.place.scales) if parameter.prior else math.inf
+            return parameter.prior or math.inf
         if parameter.kind.startswith("centre"):
             return self.place.range[1]
         if parameter.smooths:

@@ -341,31 +341,26 @@ def _pruned(
 ) -> FittedSet:
     """The set without the effects that do not earn their place, the weakest first.
 
-    What is likelier beyond doubt stays, too, where predictions would become clearly worse without all that go, taken together; and a
-    parameter or a gain that is off by a few percent needs no such proof. Beside wrong ones, other effects are judged by what the model lacks with the right
-    ones: an error of a few percent in a mass may be a hundred times the friction.
+    A parameter that is off by a few percent needs no such proof; wrong ones stay while predictions would become clearly worse
+    without those that go, taken together. Beside wrong parameters, other effects are judged by what the model lacks with the
+    right ones: an error of a few percent in a mass may be a hundred times the friction.
     """
-    first, wrong = best, tuple(c for c in best.candidates if c.law.calibrates)
+    whole = best
+    wrong = tuple(c for c in whole.candidates if c.id == "parameter_error")
     calibrated = (fit_more(wrong, None) if wrong else None) or judge.nominal
 
     def given(best: FittedSet, less: FittedSet) -> FittedSet:
-        gone = [c for c in best.candidates if c.family not in less.key]
-        return judge.nominal if any(c.law.calibrates for c in gone) else calibrated
+        gone = {c.id for c in best.candidates if c.family not in less.key}
+        return judge.nominal if "parameter_error" in gone else calibrated
 
-    def missed(best: FittedSet, less: FittedSet) -> bool:
-        """Whether predictions become clearly worse without what is gone, taken together: all of it if `less` lacks an effect more,
-        the calibrations if it lacks one of these."""
-        if not less.candidates:
-            return False
-        if all(c.law.calibrates for c in best.candidates if c.family not in less.key):
-            before = fit_more((*(c for c in less.candidates if not c.law.calibrates), *wrong), best)
-        else:
-            before = first if judge.beyond_doubt(best, less) else None
-        return before is not None and judge.ratio(before, less) < 1 - judge.limits.least_improvement
+    def missed(less: FittedSet) -> bool:
+        gone = [c for c in whole.candidates if c.family not in less.key]
+        needed = judge.ratio(whole, less) < 1 - judge.limits.least_improvement
+        return needed and bool(less.candidates) and all(c.id == "parameter_error" for c in gone)
 
     while best.candidates:
         smaller = (s for s in _smaller(best, fit_more, simpler, judge.nominal) if s is not None)
-        idle = (s for s in smaller if not judge.earned(best, s, given(best, s)) and not missed(best, s))
+        idle = (s for s in smaller if not judge.earned(best, s, given(best, s)) and not missed(s))
         less = next(idle, None)
         if less is None:
             return best

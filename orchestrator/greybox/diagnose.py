@@ -333,16 +333,15 @@ def _is_complete(decision: Decision, limits: Thresholds) -> bool:
 
 
 def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:
-    """The decision among all candidates where common ones named nothing, or where its set predicts clearly better, earns its place
-    beside theirs, or is more probable beyond doubt with no more parameters; else that among common ones."""
+    """The decision among all candidates where common ones named nothing, or where its set predicts clearly better, or is more
+    probable beyond doubt with no more parameters; else that among common ones."""
     if common.grade not in ("named", "ambiguous"):
         return wider
     judge.windows = common.windows
     one, other = wider.chosen, common.chosen
     far = judge.ratio(one, other) < 1 - judge.limits.least_improvement
     simpler = one.counted <= other.counted and judge.beyond_doubt(one, other)
-    better = far or simpler or judge.earned(one, other, judge.nominal)
-    return wider if better and wider.grade in ("named", "ambiguous") else common
+    return wider if (far or simpler) and wider.grade in ("named", "ambiguous") else common
 
 
 def _scale(setting: Setting) -> np.ndarray:

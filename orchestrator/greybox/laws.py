@@ -35,7 +35,7 @@ class LawParameter:
     `kind` is its unit in terms of the place, such as "force/speed^2". A `gain` enters linearly and is 0 where the effect is
     absent; `positive` says that physics allows no negative value, `most` is the largest that it allows, `along` that it has the sign of the model's own response there. Any other parameter is a
     shape: `grid` holds values in multiples of the record's own scale of that kind, `fitted` says whether it is estimated; one that `smooths` is, and counts as none: it says how sharp a corner is. `prior` is the standard deviation of a
-    gain's prior, in multiples of the record's scale, too. A shape with `waves` counts waves per turn; values of which the record shows fewer waves are left out.
+    gain's prior. A shape with `waves` counts waves per turn; values of which the record shows fewer waves are left out.
     One `beyond_noise` is a value of an input that its sensor's noise does not reach: a narrower dead zone would take noise away.
     `value` is what was fitted where the law was found, with its 90 % interval `ci90`; a shape starts there.
     """
@@ -86,7 +86,7 @@ class Law:
     states written so. A `single` law acts at one balance, never between two. The gain of a `curved` law enters linearly near zero
     only. A `bounded` law depends on a position that
     comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. A `rare` law is tried only where the
-    others do not explain the record; one that `calibrates` is another value of a number that the model has, a parameter or a gain. `contains` lists ids, with variants, of simpler laws that it becomes at the limit of a parameter, `alike`
+    others do not explain the record. `contains` lists ids, with variants, of simpler laws that it becomes at the limit of a parameter, `alike`
     ids of laws elsewhere that do the same to a linear plant: they are tried beside it.
     `also` names further variables of a model by the coordinates that the law uses for them, `needs` what else the place must know.
     `site` is where a law of the user's own was found, `seen` the range of each coordinate there, `beside` the effects that were in
@@ -113,7 +113,6 @@ class Law:
     single: bool = False
     curved: bool = False
     rare: bool = False
-    calibrates: bool = False
     written: str = ""
     written_states: Mapping[str, str] = field(default_factory=dict)
     also: Mapping[str, str] = field(default_factory=dict)

@@ -89,8 +89,8 @@ class FittedSet:
 
     @property
     def added(self) -> int:
-        """Number of effects that are more than another value of the model's own parameters and gains."""
-        return _added(self.candidates)
+        """Number of effects that are more than another value of the model's own parameters."""
+        return sum(c.id != "parameter_error" for c in self.candidates)
 
     def value(self, candidate: Candidate, parameter: str) -> tuple[float, float]:
         """Value and standard deviation of a parameter; a deviation of 0 is a held one."""
@@ -153,7 +153,7 @@ class Search:
         self.nominal = nominal
         self._extended: set[Key] = set()
         self._fitted_from: set[tuple[Key, Key]] = set()
-        self._proposed: tuple[FittedSet, Sequence[Candidate], Proposals] | None = None
+        self._proposed: tuple[FittedSet, Proposals] | None = None
         self._work: list[list[int]] = []
         self._most_work = setting.thresholds.most_work
         self.was_cut = False
@@ -208,7 +208,7 @@ class Search:
     def widen(self, candidates: Sequence[Candidate], chosen: FittedSet) -> list[FittedSet]:
         """Search on among more candidates, beside the set that was `chosen` first; what was fitted stays. It may take as much
         work as the first search."""
-        self.candidates, self._extended = tuple(candidates), set()
+        self.candidates, self._extended, self._proposed = tuple(candidates), set(), None
         self._most_work = sum(map(sum, self._work)) + self.setting.thresholds.most_work
         self._extend(chosen)
         self._try_whole(chosen)
@@ -238,9 +238,9 @@ class Search:
         Laws with states of their own may be too fast for steps as long as the samples; steps become shorter then, and at last
         these laws are left out.
         """
-        if self._proposed is None or self._proposed[0] is not about or self._proposed[1] is not self.candidates:
-            self._proposed = about, self.candidates, self._by_regression(about)
-        return self._proposed[2]
+        if self._proposed is None or self._proposed[0] is not about:
+            self._proposed = about, self._by_regression(about)
+        return self._proposed[1]
 
     def _by_regression(self, about: FittedSet) -> Proposals:
         for shorter in SHORTER:
@@ -325,14 +325,10 @@ class Search:
             self._try(found, limits.additions)
 
     def _try_wrong_together(self, about: FittedSet) -> None:
-        """Fit a set with all parameters of the model as wrong, and with those that the record shows to be."""
+        """Fit a set with all parameters of the model as wrong."""
         together = wrong_together(self.candidates, self.setting.thresholds.most_parameters)
         if len(together) > 1:
-            effects = (c for c in about.candidates if c.id != "parameter_error")
-            everything = (*effects, *together)
-            self._fit(everything)
-            if (whole := self.fitted.get(key_of(everything))) is not None:
-                self._fit(tuple(c for c in whole.candidates if c not in together or whole.evidence(c) > whole.price))
+            self._fit((*(c for c in about.candidates if c.id != "parameter_error"), *together))
 
     def _try_periodic(self, about: FittedSet) -> None:
         """Fit a set with a periodic force beside it where what disturbs a balance has a frequency of its own."""
@@ -459,11 +455,6 @@ def _in_words(candidates: Sequence[Candidate]) -> str:
         sites.setdefault(candidate.id, []).append(candidate.place.site)
     parts = [f"{id} at {' and '.join(own) if len(own) < 3 else f'{len(own)} places'}" for id, own in sites.items()]
     return " and ".join(parts) or "the model as it is"
-
-
-def _added(candidates: Sequence[Candidate]) -> int:
-    """Number of effects that are more than another value of the model's own parameters and gains."""
-    return sum(not c.law.calibrates for c in candidates)
 
 
 def _is_possible(found: FittedSet) -> bool:
