@@ -111,6 +111,15 @@ class Judge:
         left = float(np.min(_left(chosen, self.nominal), initial=1.0))
         return float(np.clip(1.0 - left - self._moved(chosen, self.nominal), 0.0, 1.0))
 
+    def left_by_runs(self, found: FittedSet) -> float:
+        """Largest share of a signal's squared error along whole learning trials that is left, 0 to 1; 0 if they cannot be predicted."""
+        if not self.predicts(found, WHOLE):
+            return 0.0
+        before, after = (np.mean(self.squares(s, WHOLE), axis=0) for s in (self.nominal, found))
+        noise = np.mean([n.sensors**2 for n in found.fit.noise], axis=0)
+        left = np.maximum(after - noise, 0.0)
+        return float(np.max(left / np.maximum(np.maximum(before - noise, left), 1e-300)))
+
     def takes_away(self, best: FittedSet, less: FittedSet, given: FittedSet) -> float:
         """Share of the disturbing force's power with the model `given` that an effect takes away which a smaller set lacks, at the
         balance where it is most: another effect may have explained all that was missing at a different one.

@@ -313,7 +313,7 @@ def decided(
         decision = decided_among(search.sets)
     # What no common effect is named for, and what is within the noise along whole trials, is no matter of rare ones.
     quiet = decision.grade not in ("named", "ambiguous") and is_within(told)
-    if rare and len(candidates) > len(common) and not quiet and not _is_complete(decision, limits):
+    if rare and len(candidates) > len(common) and not quiet and not _is_complete(decision, setting, limits):
         seen(decision.chosen)
         progress(f"{len(candidates) - len(common)} rare candidates beside them")
         sets = search.widen(candidates, decision.chosen)
@@ -324,12 +324,17 @@ def decided(
     return Outcome(case, setting, nominal, decision, search.was_cut)
 
 
-def _is_complete(decision: Decision, limits: Thresholds) -> bool:
+def _is_complete(decision: Decision, setting: Setting, limits: Thresholds) -> bool:
     """Whether no rare effect is asked for: all is explained, by no surprising value, and by no output that answers several inputs
-    late, which is what one late sensor does."""
-    explained = decision.grade == "named" and decision.explained >= 1 - limits.rare_share
-    late = [c.place.coordinates["y"] for c in decision.chosen.candidates if c.place.kind == "response"]
-    return explained and surprise(decision.chosen) < limits.surprising and len(late) == len(set(late))
+    late, which is what one late sensor does.
+
+    What disturbs one balance may be explained, and that of another one not: whole runs leave that of some signal then.
+    """
+    most, chosen = limits.rare_share, decision.chosen
+    nearly = decision.explained >= 1 - most and decision.judge.left_by_runs(chosen) <= most
+    explained = decision.grade == "named" and (nearly or leaves_nothing(setting.fitter, chosen.fit, limits.quiet))
+    late = [c.place.coordinates["y"] for c in chosen.candidates if c.place.kind == "response"]
+    return explained and surprise(chosen) < limits.surprising and len(late) == len(set(late))
 
 
 def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:

@@ -206,12 +206,15 @@ class Search:
         return sorted(self.fitted.values(), key=lambda s: s.loss)
 
     def widen(self, candidates: Sequence[Candidate], chosen: FittedSet) -> list[FittedSet]:
-        """Search on among more candidates, beside the set that was `chosen` first; what was fitted stays. It may take as much
-        work as the first search."""
+        """Search on among more candidates, beside the set that was `chosen` first and beside all parameters wrong; what was fitted
+        stays. It may take as much work as the first search."""
         self.candidates, self._extended, self._proposed = tuple(candidates), set(), None
         self._most_work = sum(map(sum, self._work)) + self.setting.thresholds.most_work
         self._extend(chosen)
         self._try_whole(chosen)
+        together = wrong_together(self.candidates, self.setting.thresholds.most_parameters)
+        if (calibrated := self.fitted.get(key_of(together))) is not None:
+            self._extend(calibrated)
         return self.run()
 
     def fit_larger(self, chosen: FittedSet) -> bool:

@@ -26,8 +26,8 @@ class Thresholds:
     fewer parameters are chosen. Sets whose log likelihoods differ by less than `nats`, and whose equations agree, are one model in
     other parameters: the one without surprising values, and with the fewest effects beside wrong parameters, is named. An answer is incomplete if more than `complete_share` is unexplained.
 
-    Rare effects are tried, too, if the answer is ambiguous or leaves more than `rare_share` unexplained, or a parameter of it is more than
-    `surprising` standard deviations of its prior off.
+    Rare effects are tried, too, if the answer is ambiguous, or leaves more than noise and more than `rare_share` of the missing force or of
+    a signal's squared error along whole trials, or a parameter of it is more than `surprising` standard deviations of its prior off.
 
     The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which one of the `likeliest` sets errs by less than
     `predictable` times the signals' spread.
@@ -57,7 +57,7 @@ class Thresholds:
     least_improvement: float = 0.3
     least_explained: float = 0.1
     complete_share: float = 0.1
-    rare_share: float = 0.03
+    rare_share: float = 0.01
     surprising: float = 3.0
     defeated: float = 0.2
     worse: float = 0.02
