@@ -15,6 +15,7 @@ from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.noise.thresholds import ASSUMED
 from orchestrator.diagnosis.referee.conclude import SEVERAL_OFF
+from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.thresholds import Thresholds
@@ -80,7 +81,10 @@ def or_within_tolerances(
         search: the diagnosis by free runs.
         progress: called with one line.
     """
-    if measurements.tolerances or within_noise(found.steps[-1].comparison, WITHIN_NOISE):
+    was_cut = (
+        isinstance(found.search, Refereed) and found.search.was_cut
+    )  # with more free values it would end sooner still
+    if measurements.tolerances or was_cut or within_noise(found.steps[-1].comparison, WITHIN_NOISE):
         return found
     progress("asking the same of parameters that may be a little off")
     second = search(measurements.with_tolerances({"default": ASSUMED}))

@@ -38,6 +38,8 @@ CLOSE_ANGLE = 0.05
 # A delay counts if it leaves this much less, is longer than so many samples, and differs by less than a share of
 # itself, or a sample, between trials: missing friction makes outputs lead, too, by more at low frequencies.
 DELAY_DROP, DELAY_SAMPLES, DELAY_SPREAD = 10.0, 1.5, 0.2
+# A lag that counts leaves 0.42 of that or less beside one of the lags that are tried first: errors grow with the square of the time.
+DELAY_HINT = 0.6
 # A model that cannot be pushed has to come this near to the noise with inputs moved: missing friction leaves more.
 NEAR_NOISE = 3.0
 # A trial stands out if the model leaves this many times more of it than of the others, and errs by so many times more.

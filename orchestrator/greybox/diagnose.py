@@ -53,6 +53,7 @@ from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.models.threads import threads
 from orchestrator.verdicts.cannot_tell import search_failed
 from orchestrator.verdicts.result import (
+    LEFT_UNTRIED,
     Diagnosis,
     HeldOut,
     NamedEffect,
@@ -639,9 +640,7 @@ def _warnings(outcome: Outcome, verdict: Verdict, reasons: Sequence[str]) -> lis
     if not outcome.case.balances:
         found.append("the model has no balance equation, so effects were looked for at inputs and outputs only")
     if outcome.was_cut:
-        found.append(
-            "the search ended before all sets of effects were tried, since runs of this model take long: thin the record out or shorten it to try more"
-        )
+        found.append(LEFT_UNTRIED)
     return found
 
 

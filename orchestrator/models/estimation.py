@@ -79,7 +79,8 @@ class Fit:
     departures from priors; `at_bound` tells which parameters ended at a bound; `shift` is by how many seconds the
     outputs are late; `converged` is false if the fit was given up before the cost stopped changing. `correlation`
     (n_free, n_free) is that of the errors of the values, none (0, 0) where it is unknown. `held_back` is by how much what
-    a model delays was off its first sample before each trial, as runs take it; empty without delays.
+    a model delays was off its first sample before each trial, as runs take it; empty without delays. `operations` is how many
+    its runs took.
     """
 
     values: np.ndarray
@@ -93,6 +94,7 @@ class Fit:
     converged: bool = True
     correlation: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     held_back: tuple[np.ndarray, ...] = ()
+    operations: float = 0.0
 
     def before(self, trial: int) -> np.ndarray:
         """What was held back when a trial began."""
@@ -193,6 +195,7 @@ def fit(
         found.status > 0,
         correlation,
         problem.held_back(found.x),
+        problem.evaluations * operations_of_runs(model, records, substeps),
     )
 
 
@@ -230,7 +233,13 @@ def linearise(
 
 
 def affordable_evaluations(model: CompiledModel, records: Sequence[Record], substeps: int) -> float:
-    """Evaluations of all free runs after which a fit is given up, however few steps it has made.
+    """Evaluations of all free runs after which a fit is given up, however few steps it has made; arguments as of
+    `operations_of_runs`."""
+    return MOST_OPERATIONS / max(operations_of_runs(model, records, substeps), 1)
+
+
+def operations_of_runs(model: CompiledModel, records: Sequence[Record], substeps: int) -> float:
+    """Operations of one run along each trial.
 
     Args:
         model: the compiled model.
@@ -238,8 +247,7 @@ def affordable_evaluations(model: CompiledModel, records: Sequence[Record], subs
         substeps: integration steps in a sample interval.
     """
     steps = max(substeps, STEPS_WITH_CONTACTS) if model.system.contacts else substeps
-    stages = 4 * steps * sum(len(r.time) for r in records)
-    return MOST_OPERATIONS / max(stages * model.operations, 1)
+    return 4 * steps * sum(len(r.time) for r in records) * model.operations
 
 
 class _Problem:
@@ -259,7 +267,7 @@ class _Problem:
         self.n_free, self.nx = len(model.free), len(model.system.states)
         self.prior, self.known = prior, [int(k) for k in np.flatnonzero(np.isfinite(prior.std))]
         self.n_shared = self.n_free + int(prior.shift_std > 0)
-        self.data_rows = 0
+        self.data_rows = self.evaluations = 0
         self.block_edges: list[int] = []
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
 
@@ -285,6 +293,7 @@ class _Problem:
         """Weighted residuals (data of all trials, then priors) and their Jacobian; kept for the last vector."""
         if self._last is not None and np.array_equal(self._last[0], vector):
             return self._last[1], self._last[2]
+        self.evaluations += 1
         free, shift, starts = self.split(vector)
         parameters = self.model.with_values(free)
         trials = list(zip(self.records, self.reduces, starts, strict=True))

@@ -12,6 +12,12 @@ from orchestrator.verdicts.open_questions import CollinearPair, Coverage, Doubt
 
 CURVE_SAMPLES = 400
 
+# A note of searches that end by the work they took.
+LEFT_UNTRIED = (
+    "the search ended before all sets of effects were tried, since runs of this model take long: thin the record out or shorten"
+    " it to try more"
+)
+
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell"]
 
 

@@ -12,6 +12,7 @@ from orchestrator.compare.comparison import compare
 from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.diagnosis.referee.conclude import SEVERAL_OFF
+from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import MeasurementSet, load_measurements
 from orchestrator.model_argument import load_modelica
@@ -70,6 +71,22 @@ def test_a_record_within_the_noise_and_one_with_stated_tolerances_are_not_asked_
     stated = tanks(tmp_path, {"A1": 0.03, "a2": -0.02}).with_tolerances({"A1": 0.01})
     found = unexplained(stated)
     assert or_within_tolerances(stated, found, never, print) is found
+
+
+def test_a_search_that_took_all_its_work_is_not_made_again_with_more_values(tmp_path: Path) -> None:
+    measurements = tanks(tmp_path, {"A1": 0.03, "a2": -0.03})
+    cut, whole = (
+        replace(unexplained(measurements), search=Refereed((), (), (), 1, was_cut=was_cut)) for was_cut in (True, False)
+    )
+    asked = list[MeasurementSet]()
+
+    def search(again: MeasurementSet) -> Diagnosis:
+        asked.append(again)
+        return whole
+
+    assert or_within_tolerances(measurements, cut, search, print) is cut and not asked
+    or_within_tolerances(measurements, whole, search, print)
+    assert len(asked) == 1
 
 
 def test_parameters_that_explain_it_are_named_if_their_intervals_do_not_hold_the_given_values(tmp_path: Path) -> None:

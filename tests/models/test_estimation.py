@@ -132,3 +132,21 @@ def test_deviations_scale_with_a_parameter_whatever_its_slopes_are() -> None:
 
     assert scaled == pytest.approx(std / [1e200, 1.0])
     assert same == pytest.approx(correlation)
+
+
+def test_a_fit_counts_the_operations_of_all_its_runs() -> None:
+    model = arm()
+    records = [trial(model, seed, 0.0) for seed in (1, 2)]
+    noise, runs = np.array([1e-4, 1e-4]), 0.0
+
+    def counted(series: np.ndarray) -> np.ndarray:
+        nonlocal runs
+        runs += 1  # once for each trial
+        return series
+
+    found = fit(model, records, noise, [0.1, 0.1], [0, 0], [2, 2], substeps=4, reduce=counted)
+
+    assert (
+        found.operations == runs / 2 * 4 * 4 * (2 * len(TIME)) * model.operations
+    )  # four stages of four steps a sample
+    assert runs > 4

@@ -1,6 +1,7 @@
 """From a search and its referee to a diagnosis: what is left, the verdict, the ranking, and warnings."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.decide.bayes_factor import BayesFactors
@@ -18,7 +19,7 @@ from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.diagnosis.referee.thresholds import CLEAR, MOST_NOISE
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.cards import Candidate
-from orchestrator.verdicts.result import Diagnosis, HeldOut, Odds, Verdict, reducible_removed
+from orchestrator.verdicts.result import LEFT_UNTRIED, Diagnosis, HeldOut, Odds, Verdict, reducible_removed
 
 # How likely the truth is among the sets tried, by verdict: a judgement, to be replaced by the rates of `make
 # bench-diagnosis`.
@@ -91,7 +92,7 @@ def conclude(
             reducible_removed(before, after) if named else 0.0,
         ),
         warnings=(
-            *_on_the_search(impossible, blind, is_at_rest(searcher.learning)),
+            *_on_the_search(impossible, blind, is_at_rest(searcher.learning), trace.was_cut),
             *_on_what_is_left(verdict, left, stage, best, other_law, changing),
             *_on_parameters(verdict, searcher.learning.nuisances.names),
             *(map(str, odds) if open_class else ()),
@@ -105,7 +106,7 @@ def conclude(
         seconds=0.0,
         steps=refereed.steps if named else refereed.steps[:1],
         best=refereed.steps[-1].effects if verdict == "unknown" else (),
-        search=refereed,
+        search=replace(refereed, was_cut=trace.was_cut),
     )
 
 
@@ -141,7 +142,7 @@ def _changing(searcher: Searcher, best: Refit, stage: Stage) -> tuple[Change, ..
     return changes(stage.tangent, stage.colour.scale, lambda effect: searcher.without(best, effect), CLEAR, NOTABLE)
 
 
-def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: bool) -> list[str]:
+def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: bool, was_cut: bool) -> list[str]:
     found = [reason for reason in impossible if " not tried: " in reason]  # an FMU says why
     if without_slot := [effect for effect in impossible if effect not in found]:
         found.append(f"not tried, the model has no free slot for them: {', '.join(without_slot)}")
@@ -149,6 +150,8 @@ def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: boo
         found.append("nothing moves beyond the noise of its sensor in any learning trial: record trials with motion")
     elif blind:
         found.append(f"the data would not show most effects at {', '.join(blind)}: record trials that move them")
+    if was_cut:
+        found.append(LEFT_UNTRIED)
     return found
 
 

@@ -30,7 +30,8 @@ class Refereed:
     """The accepted path: the fits that held-out trials confirmed, and the comparison after each.
 
     `held_out` are the mean squares of the held-out errors in the metric, in which noise has 1, of the model without
-    effects and after each; `rows` the number of those errors. `refused` are the effects of sets not confirmed.
+    effects and after each; `rows` the number of those errors. `refused` are the effects of sets not confirmed. `was_cut`: the
+    search took all the work that it may, and left sets untried.
     """
 
     accepted: tuple[Accepted, ...]
@@ -38,6 +39,7 @@ class Refereed:
     held_out: tuple[float, ...]
     rows: int
     refused: tuple[frozenset[str], ...] = ()
+    was_cut: bool = False
 
 
 class Referee:

@@ -72,11 +72,13 @@ class Fitter:
     def _fitted(self, wanted: Wanted) -> Refit:
         setting = self.setting
         try:
-            return done_by(setting.work, setting.base, setting.nominal.signals, setting.learning, wanted)
+            found = done_by(setting.work, setting.base, setting.nominal.signals, setting.learning, wanted)
         except ValueError as error:  # bounds that exclude each other, numbers that overflow
             raise ComponentError(
                 f"{' + '.join(c.label for c in wanted.candidates)} cannot be fitted: {error}"
             ) from error
+        setting.trace.operations.append(found.fit.operations)
+        return found
 
     def refit(
         self, sets: Sequence[Screened], whole: Sequence[Screened], stage: Stage, nuisances: np.ndarray
@@ -176,6 +178,7 @@ class Fitter:
         setting, chosen = self.setting, found.effects.candidates
         task = FollowTask(setting.base, setting.nominal.signals, setting.learning, chosen, found.fit)
         followed: Followed | None = setting.work.do(task)
+        setting.trace.operations.append(0.0 if followed is None else followed.operations)
         return followed
 
     def simplified(

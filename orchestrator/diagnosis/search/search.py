@@ -26,7 +26,16 @@ from orchestrator.diagnosis.search.other_paths import leaves_another, other_path
 from orchestrator.diagnosis.search.proposals import Proposer
 from orchestrator.diagnosis.search.ranges_of_levels import with_ranges_of_levels
 from orchestrator.diagnosis.search.tasks import Wanted
-from orchestrator.diagnosis.search.thresholds import BEAM, BY_RESIDUAL, LOST, MOST_ROUNDS, OTHER_PATHS, ROUGH, UNITED
+from orchestrator.diagnosis.search.thresholds import (
+    BEAM,
+    BY_RESIDUAL,
+    LOST,
+    MOST_ROUNDS,
+    MOST_WORK,
+    OTHER_PATHS,
+    ROUGH,
+    UNITED,
+)
 from orchestrator.diagnosis.search.trace import Accepted, Trace
 from orchestrator.library.cards import Candidate
 from orchestrator.models.symbolic import SymbolicModel
@@ -72,30 +81,37 @@ class Searcher:
         base = self._path(proposer, base)
         for _ in range(OTHER_PATHS):
             other = self._other_path(base)
-            if other is None:
+            if other is None or self._is_over():
                 break
             base = self._path(proposer, other, base)
         return self._nested(base)
 
     def _path(self, proposer: Proposer, base: Refit, known: Refit | None = None) -> Refit:
         """The last of the sets that grow from one, or the best `known` set if none of them is better."""
-        beam, bound = [base], base if known is None else known
+        beam, bound, before = [base], base if known is None else known, np.inf
         for _ in range(MOST_ROUNDS):
             stage = self._stage(base, MOST_EFFECTS - len(base.ids))
-            if len(base.ids) == MOST_EFFECTS or not self._worth_a_search(stage):
+            if len(base.ids) == MOST_EFFECTS or not self._worth_a_search(stage) or self._is_over(base.cost, before):
                 break
             found = self._round(proposer, beam, stage)
             best = self._best(found, bound, stage)
             if best is None:
                 break
-            before, base = self.learning, self._in_its_metric(best, stage)
-            if self.learning is not before:
+            before, learning, base = base.cost, self.learning, self._in_its_metric(best, stage)
+            if self.learning is not learning:
                 base = self._kept(self.simplified(base, stage.colour.level**2))
             bound = base
             fitted = {r.labels: r for r in self.trace.refitted}
             others = [fitted.get(r.labels, r) for r in found if r.is_present() and r.labels != base.labels]
             beam = [base, *others][:UNITED]
         return bound
+
+    def _is_over(self, cost: float = 0.0, before: float = 0.0) -> bool:
+        """Whether the fits took so much work that no other path is begun, and one goes on only if the last effect took most of the
+        cost away. Not a matter of time: the answer is the same on a slow machine."""
+        over = sum(self.trace.operations) > MOST_WORK and cost >= 0.5 * before
+        self.trace.was_cut |= over
+        return over
 
     def _other_path(self, base: Refit) -> Refit | None:
         """A set from which another path leads on, if the last set of this one leaves what another effect would."""

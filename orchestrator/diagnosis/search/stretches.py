@@ -26,11 +26,13 @@ class Followed:
     """How far a set follows the trials: a fit of their first `samples`, which leaves no trial much more than noise.
 
     Of the first `clean` ones it leaves what noise would: beyond them contacts of a few trials may be made at wrong times.
+    `operations` is how many the runs of all stretches took.
     """
 
     fit: Fit
     samples: int
     clean: int
+    operations: float = 0.0
 
     @property
     def stretch(self) -> int:
@@ -89,7 +91,7 @@ def follow_stretches(found: Refit, learning: LearningData) -> Followed | None:
     values = np.clip(found.fit.values, *bounds)
     records = tuple(found.model.record(t, found.model.compiled.with_values(values)) for t in learning.trials)
     longest = learning.longest
-    count, clean, least = min(SHORTEST, longest), 0, np.inf
+    count, clean, least, operations = min(SHORTEST, longest), 0, np.inf, 0.0
     while True:
         parts = [_first_samples(r, count) for r in records]
         try:
@@ -98,9 +100,10 @@ def follow_stretches(found: Refit, learning: LearningData) -> Followed | None:
             return last
         if not worst <= BEYOND_NOISE**2:
             return last
+        operations += fitted.operations
         least = min(least, max(fitted.cost, 1.0))
         clean = count if fitted.cost <= NEAR_FLOOR**2 * least else clean
-        last, values = Followed(fitted, count, clean), fitted.values
+        last, values = Followed(fitted, count, clean, operations), fitted.values
         if count == longest:
             return last
         count = min(int(np.ceil(GROWTH * count)), longest)

@@ -65,6 +65,8 @@ BEAM = 2
 UNITED = 3
 # Other paths that are tried where the first one ends above noise.
 OTHER_PATHS = 2
+# Operations of fits after which no other path is begun, and one goes on only if its last effect took most of the cost away.
+MOST_WORK = 3e10
 
 
 # `stretches.py`

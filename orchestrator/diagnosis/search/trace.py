@@ -27,7 +27,8 @@ class Trace:
     """Everything that was tried: screened sets, refitted sets, and the test of each set that was extended.
 
     `choices` is the number of candidates that sets were chosen from. `failed` says of sets that could not be built,
-    simulated or fitted, why.
+    simulated or fitted, why. `operations` are those of the runs of each fit; `was_cut`: they were so many that the search ended
+    before it found nothing better.
     """
 
     choices: int = 1
@@ -35,6 +36,8 @@ class Trace:
     refitted: list[Refit] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     failed: dict[tuple[Candidate, ...], str] = field(default_factory=dict)
+    operations: list[float] = field(default_factory=list)
+    was_cut: bool = False
 
     def fail(self, chosen: Sequence[Candidate], error: Exception) -> None:
         """Keep the reason why candidates could not be tried together."""
