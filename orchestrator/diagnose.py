@@ -41,7 +41,7 @@ from orchestrator.models.contract import Model
 from orchestrator.models.patch import free_slots
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.models.threads import threads
-from orchestrator.simpler_answers import or_one_law, or_within_tolerances
+from orchestrator.simpler_answers import needs_excitation, or_one_law, or_within_tolerances
 from orchestrator.verdicts.cannot_tell import first_mend, search_failed
 from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
@@ -268,7 +268,9 @@ def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
     Several effects at the borders of an FMU may stand for one inside of it.
     """
     left = _left(found) >= MUCH_LEFT
-    if found.verdict == "cannot_tell" and within_noise(found.steps[0].comparison, Thresholds().within):
+    if found.verdict == "cannot_tell" and (
+        within_noise(found.steps[0].comparison, Thresholds().within) or needs_excitation(found)
+    ):
         return False
     if is_fmu:
         return found.verdict not in SURE or left or len(found.effects) > 1
@@ -323,8 +325,8 @@ def _removed(found: Diagnosis) -> float:
 
 
 def _removed_by_best(found: Diagnosis) -> float:
-    """The same share for the best set of free runs, although it is not proven."""
-    steps = found.search.steps if isinstance(found.search, Refereed) else ()
+    """The same share for the best set of free runs, although it is not proven; none if the search was cut before its end."""
+    steps = found.search.steps if isinstance(found.search, Refereed) and not found.search.was_cut else ()
     over = [step.comparison.learning.over_floor for step in steps if step.comparison.learning is not None]
     return _taken_away(over[0], over[-1]) if over else 0.0
 

@@ -86,6 +86,8 @@ def or_within_tolerances(
     )  # with more free values it would end sooner still
     if measurements.tolerances or was_cut or within_noise(found.steps[-1].comparison, WITHIN_NOISE):
         return found
+    if needs_excitation(found):
+        return found
     progress("asking the same of parameters that may be a little off")
     second = search(measurements.with_tolerances({"default": ASSUMED}))
     seconds = found.seconds + second.seconds
@@ -98,6 +100,13 @@ def or_within_tolerances(
         return replace(found, seconds=seconds, warnings=tuple(notes))
     note = f"no tolerance is stated, and exact parameters leave the record unexplained: each was fitted within {ASSUMED:.0%}"
     return replace(second, seconds=seconds, warnings=(*second.warnings, note))
+
+
+def needs_excitation(found: Diagnosis) -> bool:
+    """Whether free runs explain the record by each of several effects, which only another experiment tells apart."""
+    if found.verdict != "cannot_tell" or not found.confusable or not isinstance(found.search, Refereed):
+        return False
+    return within_noise(found.search.steps[-1].comparison, WITHIN_NOISE)
 
 
 def _goes_before(second: Diagnosis, found: Diagnosis) -> bool:

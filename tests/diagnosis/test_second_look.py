@@ -10,6 +10,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from builders import diagnosis
 
 from orchestrator import diagnose
+from orchestrator.diagnosis.referee.referee import Refereed
+from orchestrator.simpler_answers import needs_excitation
 from orchestrator.verdicts.result import Diagnosis, Step, Verdict
 
 
@@ -88,6 +90,44 @@ def test_one_effect_inside_an_fmu_goes_before_three_at_its_borders_that_leave_as
 def test_what_names_something_is_the_answer_where_free_runs_named_nothing() -> None:
     assert diagnose._better_of(_answer("unknown", 50.0), _answer("ambiguous", 2.0)).verdict == "ambiguous"
     assert diagnose._better_of(_answer("unknown", 50.0), _answer("unknown", 2.0)).verdict == "unknown"
+
+
+@pytest.mark.parametrize(("left", "asks"), [(1.0, False), (20.0, True)])
+def test_several_effects_that_each_explain_the_record_need_another_experiment_and_no_look_at_the_balance_equations(
+    left: float, asks: bool
+) -> None:
+    """Two masses on a slow ramp: drag, viscous and dry friction each leave noise; *ambiguous*, viscous friction, after 290 s."""
+    given = _answer("unknown", 100.0).steps[:1]
+    tried = _over_floor(given[0], left)
+    alike = (("quadratic_drag", "viscous_friction"),)
+    found = replace(
+        diagnosis("cannot_tell"), steps=given, confusable=alike, search=Refereed((), (*given, tried), (), 1)
+    )
+
+    assert needs_excitation(found) is not asks
+    assert diagnose._asks_for_more(found, is_fmu=False) is asks
+    assert not needs_excitation(replace(found, confusable=()))
+
+
+def _over_floor(step: Step, times: float) -> Step:
+    given = step.comparison
+    assert given.learning is not None and given.held_out is not None
+    rmse = {name: times * floor for name, floor in given.noise_floor.items()}
+    sides = (replace(each, rmse=rmse, over_floor=times) for each in (given.learning, given.held_out))
+    return replace(step, comparison=replace(given, **dict(zip(("learning", "held_out"), sides, strict=True))))
+
+
+@pytest.mark.parametrize(("was_cut", "verdict"), [(False, "unknown"), (True, "named")])
+def test_the_best_set_of_free_runs_stays_where_it_leaves_less_unless_its_search_was_cut(
+    was_cut: bool, verdict: Verdict
+) -> None:
+    """A double pendulum: Stribeck friction and a tremor along learning trials, dry friction at its balances."""
+    tried = _answer("named", 2.0, removed=0.95)
+    first = replace(
+        _answer("unknown", 2.0), best=tried.effects, search=Refereed((), tried.steps, (), 1, was_cut=was_cut)
+    )
+
+    assert diagnose._better_of(first, _answer("named", 20.0, removed=0.5)).verdict == verdict
 
 
 def test_a_set_that_removes_little_is_doubted_where_nothing_helps_at_the_balance_equations() -> None:
