@@ -158,9 +158,7 @@ def _lag_by(
     if before > min(tried.values()):
         tried |= {float(sign * lag): left(sign * lag) for lag in LAGS for sign in (-1, 1)}
     best = min(tried, key=lambda lag: tried[lag])
-    if tried[best] > limits.DELAY_HINT * before:
-        return (0.0, before, before) if before <= limits.WELL_PREDICTED else None
-    reach = max(1.0, 0.5 * abs(best))
+    reach = max(1.0, 0.5 * abs(best)) if tried[best] <= limits.DELAY_HINT * before else 0.0
     while best != 0.0 and reach > FINEST:
         for lag in (best - reach, best + reach):
             tried.setdefault(lag, left(lag))
