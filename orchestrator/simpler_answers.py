@@ -81,12 +81,10 @@ def or_within_tolerances(
         search: the diagnosis by free runs.
         progress: called with one line.
     """
-    was_cut = (
-        isinstance(found.search, Refereed) and found.search.was_cut
-    )  # with more free values it would end sooner still
-    if measurements.tolerances or was_cut or within_noise(found.steps[-1].comparison, WITHIN_NOISE):
-        return found
-    if needs_excitation(found):
+    # With more free values a search that was cut would end sooner still.
+    was_cut = isinstance(found.search, Refereed) and found.search.was_cut
+    explained = within_noise(found.steps[-1].comparison, WITHIN_NOISE) or needs_excitation(found)
+    if measurements.tolerances or was_cut or explained:
         return found
     progress("asking the same of parameters that may be a little off")
     second = search(measurements.with_tolerances({"default": ASSUMED}))

@@ -99,9 +99,18 @@ def error_left(before: Mapping[str, float], after: Mapping[str, float], floor: M
     >>> error_left({"x": 30.0, "p": 41.0}, {"x": 1.0, "p": 9.0}, {"x": 1.0, "p": 1.0})
     0.047619047619047616
     """
-    beyond = {s: after[s] ** 2 - floor[s] ** 2 for s in after if after[s] > WITHIN_NOISE * floor[s]}
-    shares = (left / max(before[s] ** 2 - floor[s] ** 2, left) for s, left in beyond.items())
-    return max(shares, default=0.0)
+    beyond = (s for s in after if after[s] > WITHIN_NOISE * floor[s])
+    return max((share_left(before[s] ** 2, after[s] ** 2, floor[s] ** 2) for s in beyond), default=0.0)
+
+
+def share_left(before: float, after: float, noise: float) -> float:
+    """Share of a squared error beyond the squared noise that is left, 0 to 1.
+
+    >>> share_left(901.0, 10.0, 1.0), share_left(4.0, 9.0, 1.0), share_left(4.0, 0.5, 1.0)
+    (0.01, 1.0, 0.0)
+    """
+    left = max(after - noise, 0.0)
+    return left / max(before - noise, left, 1e-300)
 
 
 def compare(

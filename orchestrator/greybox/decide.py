@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from orchestrator.compare.comparison import share_left
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.prediction import HORIZONS, WHOLE, squared_errors
 from orchestrator.greybox.search import FittedSet
@@ -117,8 +118,7 @@ class Judge:
             return 0.0
         before, after = (np.mean(self.squares(s, WHOLE), axis=0) for s in (self.nominal, found))
         noise = np.mean([n.sensors**2 for n in found.fit.noise], axis=0)
-        left = np.maximum(after - noise, 0.0)
-        return float(np.max(left / np.maximum(np.maximum(before - noise, left), 1e-300)))
+        return max(map(share_left, before.tolist(), after.tolist(), noise.tolist()))
 
     def takes_away(self, best: FittedSet, less: FittedSet, given: FittedSet) -> float:
         """Share of the disturbing force's power with the model `given` that an effect takes away which a smaller set lacks, at the

@@ -283,6 +283,9 @@ def decided(
 
     search, judged = Search(setting, common, nominal, progress, seen), _judged(setting)
 
+    def complete(found: FittedSet) -> bool:
+        return leaves_nothing(setting.fitter, found.fit, limits.quiet)
+
     def decided_among(sets: Sequence[FittedSet]) -> Decision:
         return decide(
             sets,
@@ -295,11 +298,11 @@ def decided(
             unnamed,
             same,
             lambda one, other: is_same_model(one, other, nominal, limits),
-            lambda found: leaves_nothing(setting.fitter, found.fit, limits.quiet),
+            complete,
         )
 
     def unnamed(chosen: FittedSet, judge: Judge) -> str:
-        if leaves_nothing(setting.fitter, chosen.fit, limits.quiet):
+        if complete(chosen):
             return ""
         return unnamed_force(chosen, [c.place for c in candidates], setting, judge)
 
@@ -314,7 +317,7 @@ def decided(
         decision = decided_among(search.sets)
     # What no common effect is named for, and what is within the noise along whole trials, is no matter of rare ones.
     quiet = decision.grade not in ("named", "ambiguous") and is_within(told)
-    if rare and len(candidates) > len(common) and not quiet and not _is_complete(decision, setting, limits):
+    if rare and len(candidates) > len(common) and not quiet and not _is_complete(decision, complete, limits):
         seen(decision.chosen)
         progress(f"{len(candidates) - len(common)} rare candidates beside them")
         sets = search.widen(candidates, decision.chosen)
@@ -325,7 +328,7 @@ def decided(
     return Outcome(case, setting, nominal, decision, search.was_cut)
 
 
-def _is_complete(decision: Decision, setting: Setting, limits: Thresholds) -> bool:
+def _is_complete(decision: Decision, complete: Callable[[FittedSet], bool], limits: Thresholds) -> bool:
     """Whether no rare effect is asked for: all is explained, by no surprising value, and by no output that answers several inputs
     late, which is what one late sensor does.
 
@@ -333,7 +336,7 @@ def _is_complete(decision: Decision, setting: Setting, limits: Thresholds) -> bo
     """
     most, chosen = limits.rare_share, decision.chosen
     nearly = decision.explained >= 1 - most and decision.judge.left_by_runs(chosen) <= most
-    explained = decision.grade == "named" and (nearly or leaves_nothing(setting.fitter, chosen.fit, limits.quiet))
+    explained = decision.grade == "named" and (nearly or complete(chosen))
     late = [c.place.coordinates["y"] for c in chosen.candidates if c.place.kind == "response"]
     return explained and surprise(chosen) < limits.surprising and len(late) == len(set(late))
 

@@ -64,9 +64,8 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
 
 def test_the_sensor_is_late_by_what_it_is(found: Diagnosis) -> None:
     late = [e.parameters["T"].value for e in found.effects if e.id in ("sensor_lag", "input_lag")]
-    assert late == [
-        pytest.approx(LATE, rel=0.05)
-    ]  # at the sensor or at the input of its balance, which nothing tells apart
+    # At the sensor or at the input of its balance, which nothing tells apart.
+    assert late == [pytest.approx(LATE, rel=0.05)]
 
 
 def test_nothing_but_noise_is_left(found: Diagnosis) -> None:

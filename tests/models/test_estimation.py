@@ -146,7 +146,6 @@ def test_a_fit_counts_the_operations_of_all_its_runs() -> None:
 
     found = fit(model, records, noise, [0.1, 0.1], [0, 0], [2, 2], substeps=4, reduce=counted)
 
-    assert (
-        found.operations == runs / 2 * 4 * 4 * (2 * len(TIME)) * model.operations
-    )  # four stages of four steps a sample
+    # Four stages of four steps a sample.
+    assert found.operations == runs / 2 * 4 * 4 * (2 * len(TIME)) * model.operations
     assert runs > 4

@@ -34,6 +34,7 @@ from orchestrator.diagnosis.search.thresholds import (
     MOST_WORK,
     OTHER_PATHS,
     ROUGH,
+    STILL_PAYS,
     UNITED,
 )
 from orchestrator.diagnosis.search.trace import Accepted, Trace
@@ -91,7 +92,11 @@ class Searcher:
         beam, bound, before = [base], base if known is None else known, np.inf
         for _ in range(MOST_ROUNDS):
             stage = self._stage(base, MOST_EFFECTS - len(base.ids))
-            if len(base.ids) == MOST_EFFECTS or not self._worth_a_search(stage) or self._is_over(base.cost, before):
+            if (
+                len(base.ids) == MOST_EFFECTS
+                or not self._worth_a_search(stage)
+                or self._is_over(pays=base.cost < STILL_PAYS * before)
+            ):
                 break
             found = self._round(proposer, beam, stage)
             best = self._best(found, bound, stage)
@@ -106,10 +111,10 @@ class Searcher:
             beam = [base, *others][:UNITED]
         return bound
 
-    def _is_over(self, cost: float = 0.0, before: float = 0.0) -> bool:
-        """Whether the fits took so much work that no other path is begun, and one goes on only if the last effect took most of the
-        cost away. Not a matter of time: the answer is the same on a slow machine."""
-        over = sum(self.trace.operations) > MOST_WORK and cost >= 0.5 * before
+    def _is_over(self, pays: bool = False) -> bool:
+        """Whether the fits took so much work that only a path goes on whose last effect `pays`. Not a matter of time: the answer is
+        the same on a slow machine."""
+        over = sum(self.trace.operations) > MOST_WORK and not pays
         self.trace.was_cut |= over
         return over
 

@@ -65,8 +65,9 @@ BEAM = 2
 UNITED = 3
 # Other paths that are tried where the first one ends above noise.
 OTHER_PATHS = 2
-# Operations of fits after which no other path is begun, and one goes on only if its last effect took most of the cost away.
+# Operations of fits after which no other path is begun, and one goes on only if its last effect left less than a share of the cost.
 MOST_WORK = 3e10
+STILL_PAYS = 0.5
 
 
 # `stretches.py`
