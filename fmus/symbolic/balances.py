@@ -8,7 +8,7 @@ enters there, so that a diagnosis needs no preparation of the model.
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -20,6 +20,7 @@ from fmus.frontend.lint.unit_check import dimension_of
 from fmus.symbolic.arena import Arena
 from fmus.symbolic.build import SystemBuilder
 from fmus.symbolic.dae import Dae, Equation, Knowns, column
+from fmus.symbolic.forces import Slopes, forces_of
 from fmus.symbolic.reduction import Reduced
 from fmus.symbolic.solution import Solution
 from fmus.symbolic.system import KeptInputs, SymbolicSystem, Variable
@@ -46,7 +47,8 @@ class Balance:
 
     `input` is the name of the added input; a positive value adds to der(state). `position` is the state whose derivative the
     state is, empty if there is none (a speed has a position, a temperature has none). `place` is `file:line` of the equation.
-    `shares` are factors with which forces of the model, variables by name, enter: of a lever's force its arm.
+    `shares` are factors with which forces of the model, variables by name, enter: of a lever's force its arm. Where the equation is
+    solved for an acceleration, the input acts through a `force`, a variable or an input of the model, with the sign `along`.
     """
 
     state: str
@@ -55,6 +57,20 @@ class Balance:
     input: str
     place: str = ""
     shares: Mapping[str, float] = field(default_factory=dict, hash=False)
+    force: str = ""
+    along: float = 1.0
+
+
+class Driven(NamedTuple):
+    """An equation, by number, that drives a state with a sign: a positive input then adds to the state's rate.
+
+    `force` is the variable that the equation gives if it is that of a force, or an input, which has no equation (-1).
+    """
+
+    equation: int
+    state: str
+    sign: float
+    force: str = ""
 
 
 def with_balances(
@@ -86,12 +102,17 @@ def with_balances(
         if inherited:
             builder = _builder(dae, name, description)
             builder.only = states
-            builder.settled = [*(each for each in every.settled if each[1] in states), *inherited]
+            builder.settled = [*(each for each in every.settled if each.state in states), *inherited]
             system = builder.build()
     settled = _settled(system, builder)
     if settled != list(builder.settled):
         again = _builder(dae, name, description)
         again.only, again.settled = builder.only, settled
+        builder, system = again, again.build()
+    forced = _through_forces(system, builder, dae, name)
+    if forced != list(builder.settled):
+        again = _builder(dae, name, description)
+        again.only, again.settled = builder.only, forced
         builder, system = again, again.build()
     if builder.declared.memory:
         system = replace(system, kept=builder.kept())
@@ -102,28 +123,27 @@ def _builder(dae: Mapping[str, Any], name: str, description: str) -> "_BalancedB
     return _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description, keeps=True)
 
 
-def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[tuple[int, str, float]]:
+def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[Driven]:
     """The equations of a built system's balances with the states that they drive, and signs.
 
     Inputs and states are paired so that the product of their gains d(rate)/d(input) is the largest. Of a linkage these are the
     inverse of its mass matrix, which is positive definite; its product is largest on the diagonal (g_ij^2 < g_ii g_jj), in
     whatever order the equations stand. (Pairing for a large product: Duff and Koster 2001, for sparse matrices.)
     """
-    gains = _gains(system, builder.balances) if builder.balances else np.zeros((0, 0, 0))
+    states, inputs = [b.state for b in builder.balances], [b.input for b in builder.balances]
+    gains = _gains(system, states, inputs) if builder.balances else np.zeros((0, 0, 0))
     if not len(gains):
         return list(builder.settled)
     size = np.mean(np.log(np.maximum(np.abs(gains), NONE)), axis=0)
     driven = dict(zip(*(map(int, part) for part in scipy.optimize.linear_sum_assignment(-size.T)), strict=True))
     found = []
-    for k, (equation, _, sign) in enumerate(builder.settled):
+    for k, each in enumerate(builder.settled):
         turned = float(np.sign(np.mean(gains[:, driven[k], k]))) or 1.0
-        found.append((equation, builder.balances[driven[k]].state, sign * turned))
+        found.append(Driven(each.equation, builder.balances[driven[k]].state, each.sign * turned))
     return found
 
 
-def _inherited(
-    system: SymbolicSystem, builder: "_BalancedBuilder", have: Collection[str]
-) -> list[tuple[int, str, float]]:
+def _inherited(system: SymbolicSystem, builder: "_BalancedBuilder", have: Collection[str]) -> list[Driven]:
     """Equations for speeds that are states and have none of their own, such as that of a damper at a shaft: the balance of what
     is rigidly coupled to them, and moves as fast or most nearly so."""
     names, shown = [v.name for v in system.states], [v.name for v in system.algebraics]
@@ -131,32 +151,80 @@ def _inherited(
     t, x, p = ca.SX.sym("t"), ca.SX.sym("x", len(names)), [v.start or 0.0 for v in system.parameters]
     u, d = [v.start or 0.0 for v in system.inputs], ca.SX.sym("d", system.n_delays)
     rates, values = system.rhs(t, x, u, d, p)
-    found: list[tuple[int, str, float]] = []
+    found: list[Driven] = []
     for k, name in enumerate(names):
         is_position = any(ca.is_equal(rates[k], x[j]) for j in range(len(names)))
         if name in have or name not in builder.declared.records or is_position or not speeds:
             continue
         slopes = [ca.simplify(ca.jacobian(values[shown.index(b.state)], x[k])) for b in speeds]
         ratios = [abs(float(slope)) if slope.is_constant() else 0.0 for slope in slopes]
-        taken = [place for place, *_ in found]
-        free = [i for i, ratio in enumerate(ratios) if ratio > 0 and builder.settled[i][0] not in taken]
+        taken = [each.equation for each in found]
+        free = [i for i, ratio in enumerate(ratios) if ratio > 0 and builder.settled[i].equation not in taken]
         if free:
             best = min(free, key=lambda i: abs(np.log(ratios[i])))
             place = next(n for n, b in enumerate(builder.balances) if b is speeds[best])
-            equation, _, sign = builder.settled[place]
-            found.append((equation, name, sign * float(np.sign(float(slopes[best])))))
+            own = builder.settled[place]
+            found.append(Driven(own.equation, name, own.sign * float(np.sign(float(slopes[best])))))
     return found
 
 
-def _gains(system: SymbolicSystem, balances: Sequence[Balance]) -> np.ndarray:
-    """How fast the states of balances begin to change for a unit of each of their inputs, at states near the start
-    (points, states, inputs); points at which the equations cannot be solved are left out."""
+def _through_forces(
+    system: SymbolicSystem, builder: "_BalancedBuilder", dae: Mapping[str, Any], name: str
+) -> list[Driven]:
+    """The equations of a built system's balances, in place of those of accelerations those of the forces that drive them."""
+    settled = list(builder.settled)
+    speeds = [b for b in builder.balances if _is_speed(system, b.state)]
+    forces = [each for each in builder.forces if _is_one(builder.declared.records[each.force].unit, FORCES)]
+    if not forces or not any(b.unit not in FORCES for b in speeds):
+        return settled
+    probe = _builder(dae, name, "")
+    probe.only, probe.settled = builder.only, [*settled, *(each for each in forces if each.equation >= 0)]
+    probed = probe.build()
+    names = [b.state for b in speeds]
+    inputs = [f"balance({each.force})" if each.equation >= 0 else each.force for each in forces]
+    gains = _gains(probed, names, [*(b.input for b in speeds), *inputs], np.pi)
+    if not len(gains):
+        return settled
+    units = {v.name: v.unit for v in system.states}
+    powers = [[_is_power(builder.declared.records[f.force].unit, units[s]) for f in forces] for s in names]
+    stands = np.array([b.unit in FORCES for b in speeds])
+    found = forces_of(Slopes(gains[:, :, len(speeds) :], gains[:, :, : len(speeds)], stands, np.array(powers)))
+    for i, (k, sign) in found.items():
+        place = next(n for n, each in enumerate(settled) if each.state == names[i])
+        force = forces[k]
+        if force.equation >= 0 or np.any(np.delete(gains[:, :, len(speeds) + k], i, axis=1)):
+            settled[place] = Driven(force.equation, names[i], force.sign * sign, force.force)
+    return settled
+
+
+def _is_speed(system: SymbolicSystem, state: str) -> bool:
+    return _is_one(next((v.unit for v in system.states if v.name == state), ""), ("m/s", "rad/s"))
+
+
+def _is_power(force: str, speed: str) -> bool:
+    return (of_unit(force) == of_unit("N")) == (of_unit(speed) == of_unit("m/s"))
+
+
+def _is_one(unit: str, of: Sequence[str]) -> bool:
+    """Whether a unit means the same as one of several."""
+    with suppress(MisfitError):
+        return of_unit(unit) in map(of_unit, of)
+    return False
+
+
+def _gains(
+    system: SymbolicSystem, states: Sequence[str], forces: Sequence[str], turned: float | None = None
+) -> np.ndarray:
+    """How fast states begin to change for a unit of each of some inputs, at states near the start (points, states, inputs); points at
+    which the equations cannot be solved are left out. Angles are within +-`turned` if that is given."""
     names, inputs = [v.name for v in system.states], [v.name for v in system.inputs]
-    own, given = [names.index(b.state) for b in balances], [inputs.index(b.input) for b in balances]
+    own, given = [names.index(state) for state in states], [inputs.index(force) for force in forces]
+    angles = [k for k, v in enumerate(system.states) if turned and _is_one(v.unit, ("rad",))]
     parameters, start = (np.array([v.start or 0.0 for v in part]) for part in (system.parameters, system.states))
     random, found = np.random.default_rng(1), []
     for _ in range(POINTS):
         state = start + NEAR * random.standard_normal(len(start)) * np.where(start == 0.0, 1.0, np.abs(start))
+        state[angles] = random.uniform(-1.0, 1.0, len(angles)) * (turned or 0.0)
         rates = []
         with suppress(RuntimeError):  # equations without a solution there say nothing
             for k in (None, *given):
@@ -188,7 +256,8 @@ class _BalancedBuilder(SystemBuilder):
 
     balances: tuple[Balance, ...] = ()
     only: Collection[str] | None = None  # states that have a balance; None: all
-    settled: Sequence[tuple[int, str, float]] = ()  # equations, states and signs of balances, where they are known
+    settled: Sequence[Driven] = ()  # equations, states and signs of balances, where they are known
+    forces: Sequence[Driven] = ()  # what accelerations are solved from
 
     def _equations(self, section: str) -> list[Equation]:
         found = super()._equations(section)
@@ -216,14 +285,28 @@ class _BalancedBuilder(SystemBuilder):
         equations, found, added = list(dae.equations), [], []
         self.settled = self.settled or self._paired(dae, rates, rows)
         forces = [q.symbol for q in dae.quantities if q.derivative is None and self._is_force(q.name)]
+        self.forces = self._solved_from(dae, forces)
         values = self._values(dae, *self._defaults(dae.knowns)[::2]) if forces else {}
         given = {s.element_hash(): values.get(s.element_hash(), np.nan) for s in ca.symvar(dae.knowns.parameters)}
-        for index, state, sign in self.settled:
-            shares = _shares(equations[index].residual, forces, sign, given)
+        for index, state, sign, force in self.settled:
             symbol = ca.SX.sym(f"balance({state})")
-            equations[index] = replace(equations[index], residual=equations[index].residual - sign * symbol)
-            unit = _unit(self._dimension(index), self.declared.records[state].unit)
-            found.append(Balance(state, unit, "", symbol.name(), equations[index].place, shares))
+            record = self.declared.records[force or state]
+            place, unit, shares, along = "", record.unit, {}, sign
+            if index >= 0:
+                own = equations[index]
+                if force:
+                    given_by = next(f for f in forces if f.name() == force)
+                    along = sign * float(ca.jacobian(own.residual, given_by))
+                place, unit = own.place, _unit(self._dimension(index), self.declared.records[state].unit)
+                shares = _shares(own.residual, [f for f in forces if f.name() != force], sign, given)
+                equations[index] = replace(own, residual=own.residual - sign * symbol)
+            else:
+                given_by = next(s for s in self.declared.inputs if s.name() == force)
+                equations = [
+                    replace(e, residual=ca.substitute(e.residual, given_by, given_by + sign * symbol))
+                    for e in equations
+                ]
+            found.append(Balance(state, unit, "", symbol.name(), place, shares, force, along if force else 1.0))
             added.append(symbol)
             self.declared.records[symbol.name()] = Variable(symbol.name(), unit, f"adds to the balance of {state}", 0.0)
         self.declared.inputs.extend(added)
@@ -259,19 +342,37 @@ class _BalancedBuilder(SystemBuilder):
         start = ca.Function("start", [self.declared.time, p], [ca.densify(memory.start)])
         return KeptInputs(tuple(symbol.name() for symbol in memory.symbols), start, self.update)
 
-    def _paired(self, dae: Dae, rates: Mapping[str, list[ca.SX]], rows: Sequence[int]) -> list[tuple[int, str, float]]:
+    def _paired(self, dae: Dae, rates: Mapping[str, list[ca.SX]], rows: Sequence[int]) -> list[Driven]:
         """Equations, the states whose balances they seem to be, and signs, from slopes at first guesses of all variables."""
         values = self._values(dae, *self._defaults(dae.knowns)[::2])
         units = [self.declared.records[state].unit for state in rates]
         likely = np.array([[_likely(self._dimension(k), unit) for unit in units] for k in rows])
         assigned = _assigned([dae.equations[k].residual for k in rows], list(rates.values()), values, likely)
         states = list(rates)
-        return [(rows[row], states[place], sign) for row, (place, sign) in assigned.items()]
+        return [Driven(rows[row], states[place], sign) for row, (place, sign) in assigned.items()]
+
+    def _solved_from(self, dae: Dae, forces: Sequence[ca.SX]) -> list[Driven]:
+        """The forces, variables with equations of their own or inputs, that stand in equations of accelerations."""
+        rows = [
+            e.equation for e in self.settled if e.equation >= 0 and _named(self._dimension(e.equation)) not in FORCES
+        ]
+        accelerations = [dae.equations[k].residual for k in rows]
+        if not accelerations:
+            return []
+        here = {s.element_hash() for s in ca.symvar(ca.vertcat(*accelerations))}
+        taken, found = {each.equation for each in self.settled}, []
+        for force in (f for f in forces if f.element_hash() in here):
+            for k, equation in enumerate(dae.equations):
+                slope = ca.jacobian(equation.residual, force)
+                if k not in taken and slope.nnz() and slope.is_constant() and abs(float(slope)) == 1.0:
+                    found.append(Driven(k, force.name(), float(slope), force.name()))
+                    taken.add(k)
+                    break
+        given = [s for s in ca.symvar(dae.knowns.inputs) if s.element_hash() in here and self._is_force(s.name())]
+        return [*found, *(Driven(-1, s.name(), 1.0, s.name()) for s in given)]
 
     def _is_force(self, name: str) -> bool:
-        with suppress(MisfitError):
-            return of_unit(self.declared.records[name].unit) in map(of_unit, FORCES)
-        return False
+        return _is_one(self.declared.records[name].unit, FORCES)
 
     def _dimension(self, index: int) -> Known:
         return self._dimensions[index] if index < len(self._dimensions) else UNKNOWN

@@ -32,7 +32,8 @@ class Term:
 
     `state` is its name in the flat model, such as `body.v`. `place` is `file.mo:12` as the front end reports the
     equation; empty if it is not known. `expression` is Modelica in names of the flat model and of the own parameters
-    and states; a positive value adds to der(state), in the unit of the equation as it is written.
+    and states; a positive value adds to der(state), in the unit of the equation as it is written, or, if that is the equation
+    of a `force`, to the force.
     """
 
     state: str
@@ -41,6 +42,7 @@ class Term:
     parameters: Mapping[str, Parameter]
     title: str
     states: Sequence[AddedState] = field(default=())
+    force: str = ""
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,9 @@ SMALL = 1e-9
 
 @dataclass(frozen=True)
 class Balance:
-    """A scalar row of a flat equation that determines the derivative of a state.
+    """A scalar row of a flat equation that determines the derivative of a state, or a force that does.
 
-    `sign` is that of der(state) in left minus right side; `row` of `rows` is the row. `others` are variables that equal der(state)
+    `sign` is that of der(state), or of the force, in left minus right side; `row` of `rows` is the row. `others` are variables that equal der(state)
     but for their sign, one of which the equation holds in its place.
     """
 
@@ -49,6 +49,8 @@ def balance_of(term: Term, flat: FlatPoints, states: Sequence[str], values: Sequ
     Raises:
         ModelicaError: if there is none, or if it is written nowhere.
     """
+    if term.force:
+        return _of_force(term, flat, values[0])
     if any(f"der({term.state})" not in at for at in values):
         raise ModelicaError(f"'{term.state}' is no state of the model; its states are {', '.join(states)}")
     found = list(_tries(term.state, states, flat, values))
@@ -65,6 +67,20 @@ def balance_of(term: Term, flat: FlatPoints, states: Sequence[str], values: Sequ
             "changed; name another state of the same part"
         )
     return written[0]
+
+
+def _of_force(term: Term, flat: FlatPoints, values: Mapping[str, float]) -> Balance:
+    """The flat equation, written at the term's place, that gives a force."""
+    moved = {**values, term.force: values[term.force] + 1.0}
+    pairs = zip(flat.residuals(values), flat.residuals(moved), strict=True)
+    for number, ((equation, before, _), (_, after, _)) in enumerate(pairs):
+        file, line, _ = flat.place(equation)
+        if f"{file}:{line}" == term.place and before is not None and after is not None:
+            slope = after - before
+            if np.any(slope != 0.0):
+                row = int(np.flatnonzero(slope)[0])
+                return Balance(number, equation, float(np.sign(slope[row])), row, len(slope), (term.force,))
+    raise ModelicaError(f"no equation at {term.place} gives '{term.force}', so nothing can be added to it")
 
 
 def _tries(

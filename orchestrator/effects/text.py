@@ -60,9 +60,9 @@ def with_terms(equation: str, terms: list[tuple[float, str]], file: str) -> str:
     left, between, right = _sides(equation, file)
     for sign, expression in terms:
         if sign > 0:
-            right = _sum(right, expression)
+            right = summed(right, expression)
         else:
-            left = _sum(left, expression)
+            left = summed(left, expression)
     return left + between + right
 
 
@@ -77,7 +77,8 @@ def _sides(equation: str, file: str) -> tuple[str, str, str]:
     raise ModelicaError(f"{file}: '{equation}' is no equation with two sides")
 
 
-def _sum(side: str, expression: str) -> str:
+def summed(side: str, expression: str) -> str:
+    """An expression added to another one, in Modelica."""
     expression = expression.strip()
     if tokens_of(side, "")[0].text == "if":
         side = f"({side})"

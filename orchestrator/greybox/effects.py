@@ -9,6 +9,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.symbolic.balances import Balance
 from orchestrator.effects.changes import AddedState, Change, InputChange, OutputChange, Parameter, Term
+from orchestrator.effects.text import summed
 from orchestrator.effects.write_back import write_back
 from orchestrator.greybox.candidates import Candidate, fits
 from orchestrator.greybox.expression import renamed
@@ -145,12 +146,15 @@ def _changes(
     terms: list[Change] = []
     for k, (name, factor) in enumerate(place.adds.items()):
         balance = by_input[name]
+        factor *= balance.along
         size = "" if abs(factor) == 1.0 else f"{abs(factor):.12g}*"
         text = f"{'-' * (factor < 0)}{size}({expression})" if size or factor < 0 else expression
         # Parameters are declared once; a second balance of the same law speaks of them by name.
-        terms.append(
-            Term(balance.state, balance.place, text, parameters if k == 0 else {}, title, states if k == 0 else ())
-        )
+        declared = (parameters, title, states) if k == 0 else ({}, title, [])
+        if balance.force and not balance.place:
+            terms.append(InputChange(balance.force, summed(balance.force, text), *declared))
+        else:
+            terms.append(Term(balance.state, balance.place, text, *declared, balance.force))
     return terms
 
 
