@@ -296,14 +296,19 @@ class _Lines:
         return found
 
     def _force_on(self, j: int, state: Variable, inputs: Sequence[Variable]) -> int:
-        """The input that is a flow into the balance of a state, and moves this state most; -1 without one."""
+        """The input that is a flow into the balance of a state, and moves this state most of those that it can drive; -1 without
+        one."""
         slopes = self.middle[: self.nx, self.nx : self.nx + self.nu]
         size = np.abs(slopes)
+        units = [v.variable.unit for v in self.description.states]
         for i in np.argsort(-size[j]) if self.nu else ():
             if slopes[j, i] < 0:  # a law's force acts in the direction of its state, and this input against it
                 continue
-            fitting = state.unit in DRIVES.get(inputs[i].unit, ()) or not state.unit and inputs[i].unit in DRIVES
-            if size[j, i] > 0 and fitting and size[j, i] >= (1 - EXACT) * size[:, i].max():
+            driven = DRIVES.get(inputs[i].unit, ())
+            fitting = state.unit in driven or not state.unit and inputs[i].unit in DRIVES
+            # A force on a cart turns its pole, by a number that may be the larger one, in another unit.
+            rivals = [k for k, unit in enumerate(units) if not unit or unit in driven]
+            if size[j, i] > 0 and fitting and size[j, i] >= (1 - EXACT) * size[rivals, i].max(initial=0.0):
                 return int(i)
         return -1
 
