@@ -45,7 +45,7 @@ def written(folder: Path) -> str:
 
 def record(folder: Path, friction: float) -> Path:
     """Dry friction at the right spring's end."""
-    time = np.arange(0, 12, 0.01)
+    time = np.arange(0, 10, 0.02)
     for trial in (1, 2, 3):
         random = np.random.default_rng(trial)
         paces, phases = np.array([0.4, 0.9, 1.7, 2.6]), random.uniform(0, 2 * np.pi, (2, 4))

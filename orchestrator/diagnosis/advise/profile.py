@@ -114,21 +114,22 @@ class _Problem:
         """Rise of the misfit when parameter k is held at a value and all else is refitted."""
         mean, std = self.prior.mean.copy(), self.prior.std.copy()
         mean[k], std[k] = value, HELD * self.found.std[k]
-        first, _ = self._split(self._moved(k, value - float(self.found.values[k])))
+        there = self._at(self._moved(k, value - float(self.found.values[k])))
+        first = there.values.copy()
         first[k] = value
-        inner = np.clip(first, self.low, self.high)
         try:
             again = fit(
                 self.found.model.compiled,
                 self.found.records,
                 np.ones(len(self.found.model.signals)),
-                inner,
+                np.clip(first, self.low, self.high),
                 self.low,
                 self.high,
                 substeps=self.found.substeps,
                 prior=Prior(mean, std, self.prior.shift_std),
                 reduce=self.learning.metrics,
                 tolerance=1e-5,
+                earlier=there,
             )
         except ComponentError:
             return np.inf
@@ -143,15 +144,13 @@ class _Problem:
         shift = [np.array([self.found.fit.shift])] if self.prior.shift_std > 0 else []
         return [*shift, *self.found.fit.starts]
 
-    def _split(self, everything: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        count = len(self.found.fit.values)
-        return everything[:count].copy(), everything[count:]
+    def _at(self, everything: np.ndarray) -> Fit:
+        """All that was fitted, with other numbers."""
+        count, shifted = len(self.found.fit.values), int(self.prior.shift_std > 0)
+        values, shift = everything[:count], float(everything[count]) if shifted else 0.0
+        starts = tuple(everything[count + shifted :].reshape(len(self.found.records), -1))
+        return Fit(values, values, starts, 0.0, np.zeros(count, bool), self.found.fit.rows, 0.0, shift)
 
     def _misfit(self, everything: np.ndarray) -> float:
-        values, rest = self._split(everything)
-        shifted = int(self.prior.shift_std > 0)
-        starts = rest[shifted:].reshape(len(self.found.records), -1)
-        shift = float(rest[0]) if shifted else 0.0
-        there = Fit(values, values, tuple(starts), 0.0, np.zeros(len(values), bool), self.found.fit.rows, 0.0, shift)
-        residual, _ = linearised(replace(self.found, fit=there), self.learning)
+        residual, _ = linearised(replace(self.found, fit=self._at(everything)), self.learning)
         return float(residual @ residual)
