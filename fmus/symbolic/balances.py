@@ -174,7 +174,7 @@ def _through_forces(
     """The equations of a built system's balances, in place of those of accelerations those of the forces that drive them."""
     settled = list(builder.settled)
     speeds = [b for b in builder.balances if _is_speed(system, b.state)]
-    forces = [each for each in builder.forces if _is_one(builder.declared.records[each.force].unit, FORCES)]
+    forces = builder.forces
     if not forces or not any(b.unit not in FORCES for b in speeds):
         return settled
     probe = _builder(dae, name, "")
