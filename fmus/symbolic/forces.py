@@ -34,7 +34,8 @@ def forces_of(slopes: Slopes) -> dict[int, tuple[int, float]]:
     """For states by number the force that drives each of them, and the sign of its slope; as many as there are.
 
     A force that also moves a state without a force of its own counts if it does so with changing factors, as in a linkage; with
-    constant ones it may as well act between the two.
+    constant ones it may as well act between the two. Where several forces drive one state alone they have to do so alike: torques on
+    either side of a gear do not.
     """
     options = [_options(i, slopes) for i in range(len(slopes.stands))]
     if max(map(len, options), default=0) > MOST:
@@ -81,6 +82,10 @@ def _is_mass_matrix(
     if np.any(np.abs(matrix - matrix.transpose(0, 2, 1)) > EQUAL * size) or np.linalg.eigvalsh(matrix).min() <= 0:
         return False
     for i, (force, _) in taken.items():
+        rivals = np.abs(slopes.forces[:, i, [k for k, _ in options[i]]])
+        alike = np.all(np.ptp(rivals, axis=1) <= EQUAL * rivals[:, 0])
+        if not alike and not np.any(np.delete(columns[i], i, axis=1)):
+            return False
         others = [k for k in range(n) if k not in columns]
         ratios = columns[i][:, others] / columns[i][:, [i]]
         moves = np.any(np.abs(ratios) > EQUAL, axis=0)

@@ -104,6 +104,24 @@ def test_a_force_between_two_bodies_is_no_force_on_one_of_them(tmp_path: Path) -
         assert {k for k in moved if moved[k] != still[k]} == {balance.state}
 
 
+@pytest.mark.parametrize(("load", "place"), [("tau", "tau"), ("3*tau", "")])
+def test_torques_on_either_side_of_a_gear_do_not_tell_which_of_them_is_the_shafts(
+    tmp_path: Path, load: str, place: str
+) -> None:
+    head = """
+  input Real u(unit="N.m");
+  Real tau(unit="N.m") = u - 0.1*sin(phi);
+  Real drag(unit="N.m") = 0.2*cos(phi);
+  output Real phi(unit="rad", start=0, fixed=true);
+  Real w(unit="rad/s", start=0, fixed=true);
+  parameter Real J(unit="kg.m2") = 2;
+"""
+
+    _, balances = model(tmp_path, f"equation\n  der(phi) = w;\n  der(w) = ({load} - drag)/J;\n", head).balanced()
+
+    assert [b.force for b in balances] == [place]
+
+
 @pytest.mark.parametrize(
     ("equations", "site", "unit", "sum_of_forces"),
     [(FORCES, "x", "N", "fx"), (FORCES, "th", "N.m", "-tau"), (SOLVED, "x", "N", "Real FActual")],
