@@ -206,7 +206,8 @@ class Fitter:
     def without_disturbance(self, box: GreyBox, fit: Fit) -> tuple[float, float]:
         """Log likelihood of a fit's model if nothing but sensors' noise is left, and by which factor that is larger then.
 
-        The noise is estimated again; the factor is the largest over signals and trials.
+        The noise is estimated again; the factor is the largest over signals and trials. A model that leaves the finite numbers
+        where nothing corrects it explains nothing that way.
         """
         total, louder = -fit.priors.cost(fit.theta), 1.0
         tiny = self.start[0].intensity * SILENT
@@ -214,7 +215,10 @@ class Fitter:
             work = Work(box, [trial], fit.priors)
             low = np.concatenate([np.log(tiny), np.log(self.least_noise)])
             high = np.concatenate([np.log(tiny), np.log(self.least_noise) + 2 * LOG_RANGE])
-            starts = (own.sensors, self._rough(box, trial, fit))
+            try:
+                starts = (own.sensors, self._rough(box, trial, fit))
+            except ComponentError:
+                return -np.inf, np.inf
             found = [self._noise_of(work, fit.theta, Noise(tiny, sensors), low, high) for sensors in starts]
             best, value = min(found, key=lambda each: each[1])
             total -= value - fit.priors.cost(fit.theta)
