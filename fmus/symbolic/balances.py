@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from fmus.errors import MisfitError
-from fmus.frontend.lint.dimensions import UNKNOWN, Dimension, Known, of_unit
+from fmus.frontend.lint.dimensions import UNKNOWN, Dimension, Known, is_one_of, of_unit
 from fmus.frontend.lint.unit_check import dimension_of
 from fmus.symbolic.arena import Arena
 from fmus.symbolic.build import SystemBuilder
@@ -89,38 +89,38 @@ def with_balances(
     Raises:
         ModelicaError: for a construct outside the supported subset.
     """
-    builder = _builder(dae, name, description)
-    system = builder.build()
+    builder, system = _built(dae, name, description)
     states = {v.name for v in system.states}
     if any(balance.state not in states for balance in builder.balances):
         # Of what is rigidly coupled, the speed that stays a state stands for all: a force elsewhere moves it, too.
         every, whole = builder, system
-        builder = _builder(dae, name, description)
-        builder.only = states
-        system = builder.build()
+        builder, system = _built(dae, name, description, states)
         inherited = _inherited(whole, every, {balance.state for balance in builder.balances})
         if inherited:
-            builder = _builder(dae, name, description)
-            builder.only = states
-            builder.settled = [*(each for each in every.settled if each.state in states), *inherited]
-            system = builder.build()
+            own = (each for each in every.settled if each.state in states)
+            builder, system = _built(dae, name, description, states, [*own, *inherited])
     settled = _settled(system, builder)
     if settled != list(builder.settled):
-        again = _builder(dae, name, description)
-        again.only, again.settled = builder.only, settled
-        builder, system = again, again.build()
+        builder, system = _built(dae, name, description, builder.only, settled)
     forced = _through_forces(system, builder, dae, name)
     if forced != list(builder.settled):
-        again = _builder(dae, name, description)
-        again.only, again.settled = builder.only, forced
-        builder, system = again, again.build()
+        builder, system = _built(dae, name, description, builder.only, forced)
     if builder.declared.memory:
         system = replace(system, kept=builder.kept())
     return system, tuple(_with_position(balance, system) for balance in builder.balances)
 
 
-def _builder(dae: Mapping[str, Any], name: str, description: str) -> "_BalancedBuilder":
-    return _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description, keeps=True)
+def _built(
+    dae: Mapping[str, Any],
+    name: str,
+    description: str,
+    only: Collection[str] | None = None,
+    settled: Sequence[Driven] = (),
+) -> tuple["_BalancedBuilder", SymbolicSystem]:
+    """A builder that has built, and its system; `only` and `settled` are those of the builder."""
+    builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description, keeps=True)
+    builder.only, builder.settled = only, settled
+    return builder, builder.build()
 
 
 def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[Driven]:
@@ -177,9 +177,7 @@ def _through_forces(
     forces = builder.forces
     if not forces or not any(b.unit not in FORCES for b in speeds):
         return settled
-    probe = _builder(dae, name, "")
-    probe.only, probe.settled = builder.only, [*settled, *(each for each in forces if each.equation >= 0)]
-    probed = probe.build()
+    _, probed = _built(dae, name, "", builder.only, [*settled, *(each for each in forces if each.equation >= 0)])
     names = [b.state for b in speeds]
     inputs = [f"balance({each.force})" if each.equation >= 0 else each.force for each in forces]
     gains = _gains(probed, names, [*(b.input for b in speeds), *inputs], np.pi)
@@ -198,18 +196,11 @@ def _through_forces(
 
 
 def _is_speed(system: SymbolicSystem, state: str) -> bool:
-    return _is_one(next((v.unit for v in system.states if v.name == state), ""), ("m/s", "rad/s"))
+    return is_one_of(next((v.unit for v in system.states if v.name == state), ""), ("m/s", "rad/s"))
 
 
 def _is_power(force: str, speed: str) -> bool:
     return (of_unit(force) == of_unit("N")) == (of_unit(speed) == of_unit("m/s"))
-
-
-def _is_one(unit: str, of: Sequence[str]) -> bool:
-    """Whether a unit means the same as one of several."""
-    with suppress(MisfitError):
-        return of_unit(unit) in map(of_unit, of)
-    return False
 
 
 def _gains(
@@ -219,7 +210,7 @@ def _gains(
     which the equations cannot be solved are left out. Angles are within +-`turned` if that is given."""
     names, inputs = [v.name for v in system.states], [v.name for v in system.inputs]
     own, given = [names.index(state) for state in states], [inputs.index(force) for force in forces]
-    angles = [k for k, v in enumerate(system.states) if turned and _is_one(v.unit, ("rad",))]
+    angles = [k for k, v in enumerate(system.states) if turned and is_one_of(v.unit, ("rad",))]
     parameters, start = (np.array([v.start or 0.0 for v in part]) for part in (system.parameters, system.states))
     random, found = np.random.default_rng(1), []
     for _ in range(POINTS):
@@ -372,7 +363,7 @@ class _BalancedBuilder(SystemBuilder):
         return [*found, *(Driven(-1, s.name(), 1.0, s.name()) for s in given)]
 
     def _is_force(self, name: str) -> bool:
-        return _is_one(self.declared.records[name].unit, FORCES)
+        return is_one_of(self.declared.records[name].unit, FORCES)
 
     def _dimension(self, index: int) -> Known:
         return self._dimensions[index] if index < len(self._dimensions) else UNKNOWN

@@ -9,8 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from fmus.errors import MisfitError
-from fmus.frontend.lint.dimensions import of_unit
+from fmus.frontend.lint.dimensions import is_one_of
 from fmus.symbolic.balances import FORCES, Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 
@@ -177,7 +176,7 @@ def lever_places(balances: Sequence[Balance], units: Mapping[str, str], seen: Se
     """
     found = []
     for name in dict.fromkeys(name for b in balances for name in b.shares):
-        shares = {b: -b.shares[name] for b in balances if name in b.shares and _is_one(b.unit, FORCES)}
+        shares = {b: -b.shares[name] for b in balances if name in b.shares and is_one_of(b.unit, FORCES)}
         one = next((b for b, share in shares.items() if abs(share) == 1.0), None)
         if one is None or len(shares) < 2 or (len(shares) == 2 and sum(shares.values()) == 0.0):
             continue
@@ -270,10 +269,7 @@ def _own(balance: Balance, units: Mapping[str, str], seen: Seen) -> Place:
 
 def _is_speed(balance: Balance, units: Mapping[str, str]) -> bool:
     """Whether a state is a speed that a force drives, although the model has no position of it."""
-    try:
-        return _is_one(balance.unit, PUSHES) and _is_one(units[balance.state], SPEEDS)
-    except MisfitError:  # a unit that nobody knows, of an FMU
-        return False
+    return is_one_of(balance.unit, PUSHES) and is_one_of(units[balance.state], SPEEDS)
 
 
 def _between(one: Balance, other: Balance, units: Mapping[str, str], seen: Seen) -> Place:
@@ -555,8 +551,3 @@ def with_others(places: Sequence[Place], variables: Sequence[Variable], seen: Se
     """
     others = {v.name: (v.unit or "1", _rms(seen.values[v.name])) for v in variables if v.name in seen.values}
     return [replace(p, others=others) if p.kind in ("motion", "storage") else p for p in places]
-
-
-def _is_one(unit: str, of: Sequence[str]) -> bool:
-    """Whether a unit means the same as one of several."""
-    return of_unit(unit) in map(of_unit, of)

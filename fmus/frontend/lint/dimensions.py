@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from fmus.errors import MisfitError
 from fmus.units import BASE_UNITS, si_exponents
 
 
@@ -53,6 +54,14 @@ def of_unit(unit: str | None) -> Known:
         return UNKNOWN
     found = si_exponents(unit).dimension
     return Dimension(tuple(Fraction(found.get(base, 0)) for base in _BASES))
+
+
+def is_one_of(unit: str | None, of: Iterable[str]) -> bool:
+    """Whether a unit means the same as one of several; one that nobody knows, of an FMU, does not."""
+    try:
+        return of_unit(unit) in map(of_unit, of)
+    except MisfitError:
+        return False
 
 
 def of_number(value: float) -> Known:
